@@ -1,0 +1,2 @@
+//! The `warpcheck` command.
+fn main() {}
