@@ -1,1 +1,121 @@
-//! (to be written)
+//! The spaces that points live in: their measure, their charts, their cells.
+//!
+//! A domain is cut into *patches* (one for a sphere, one per triangle of a mesh, one per entry of a discrete
+//! set), and each patch has a *chart*: a map from `[0, 1]^axes` onto the patch, with its Jacobian. Everything
+//! that checks need (cells, quadrature, pictures) is written once against these two maps, in `f64`.
+//!
+//! The charts are chosen for quadrature and independence, not for sampling: no chart is the warp of a sampler
+//! that is judged on it.
+
+mod direction;
+mod discrete;
+mod flat;
+mod partition;
+mod quadrature;
+mod surface;
+
+pub use direction::{Hemisphere, Sphere};
+pub use discrete::Discrete;
+pub use flat::{Disk, Interval, Square};
+pub use partition::{Cell, Knots, Partition};
+pub use quadrature::{Integral, Integrator};
+pub use surface::{MeshSurface, SurfacePoint, Triangle};
+
+use std::fmt::{Debug, Display};
+
+/// How far a coordinate may stray from where it should be (unit length, barycentric coordinates, ends of an
+/// interval) before a point counts as outside: a dozen `f32` roundings.
+pub const TOLERANCE: f64 = 1.5e-6;
+
+/// Where a point lies: its patch, and its coordinates in that patch's chart, each in `[0, 1]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Location {
+    /// Index of the patch.
+    pub patch: usize,
+    /// Chart coordinates; those past the patch's axes are 0.
+    pub at: [f64; 2],
+}
+
+/// Why a point is not in a domain, as a phrase: "has length 0.93".
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outside(pub String);
+
+impl Display for Outside {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// A measure space with charts. See the [module](self) for the idea.
+///
+/// ```
+/// use warpcheck::domain::{Domain, Sphere};
+/// let (w, jacobian) = Sphere.point(0, [0.5, 0.25]); // theta = pi/2, phi = pi/2
+/// assert!((w - glam::DVec3::Y).length() < 1e-15);
+/// assert!((jacobian - 2.0 * std::f64::consts::PI.powi(2)).abs() < 1e-12); // d solid angle / d chart
+/// ```
+pub trait Domain: Clone + Send + Sync + 'static {
+    /// A point of the domain.
+    type Point: Clone + Debug + Send + Sync;
+
+    /// What the domain is called: "sphere".
+    fn name(&self) -> &'static str;
+
+    /// What a density on it is per: "solid angle".
+    fn per(&self) -> &'static str;
+
+    /// Total measure; may be infinite.
+    fn measure(&self) -> f64;
+
+    /// Number of patches, at least 1.
+    fn patches(&self) -> usize {
+        1
+    }
+
+    /// Number of chart coordinates, 0 (an atom) to 2; the same for all patches.
+    fn axes(&self) -> usize {
+        2
+    }
+
+    /// The point at chart coordinates `at` of `patch`, and the Jacobian d measure / d chart there.
+    fn point(&self, patch: usize, at: [f64; 2]) -> (Self::Point, f64);
+
+    /// The inverse of [`point`](Self::point).
+    ///
+    /// # Errors
+    /// Says why where the point is not in the domain: not finite, not of unit length, outside.
+    fn locate(&self, point: &Self::Point) -> Result<Location, Outside>;
+
+    /// Points a step of `epsilon` (relative to the size of the domain) to all sides of `point`, inside the
+    /// domain: what rounding could have made of it. Empty for atoms.
+    fn neighbours(&self, point: &Self::Point, epsilon: f64) -> Vec<Self::Point> {
+        let (Ok(here), axes) = (self.locate(point), self.axes()) else { return Vec::new() };
+        (0..axes)
+            .flat_map(|axis| [-epsilon, epsilon].map(|step| (axis, step)))
+            .map(|(axis, step)| {
+                let mut at = here.at;
+                at[axis] = (at[axis] + step).clamp(0.0, 1.0);
+                self.point(here.patch, at).0
+            })
+            .collect()
+    }
+
+    /// The lengths, in any common unit, of a chart rectangle's sides on the domain. Only used to keep cells compact.
+    fn extent(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
+        [high[0] - low[0], high[1] - low[1]]
+    }
+
+    /// Where a cell is, for people: "theta 10.0..12.5 deg, phi 0.0..90.0 deg".
+    fn describe(&self, cell: &Cell) -> String;
+
+    /// Width over height of the picture that [`picture_location`](Self::picture_location) fills.
+    fn picture_aspect(&self) -> f64 {
+        1.0
+    }
+
+    /// What the point (x, y) of a picture, both in `[0, 1]` and y growing downwards, shows; `None` for background.
+    fn picture_location(&self, x: f64, y: f64) -> Option<Location>;
+
+    /// What the axes of the picture are, for its caption.
+    fn picture_caption(&self) -> &'static str;
+}

@@ -1,1 +1,232 @@
-//! (to be written)
+//! The samplers of direct illumination, one idea a file, and the trait through which everything is judged.
+//!
+//! A sampler's own methods take and return `f32` geometry ([`glam::Vec3`]) as a renderer would call them; the
+//! trait [`Sampler`] shows the same code to the checks with points in `f64`, which every `f32` converts to exactly.
+
+mod barycentric;
+mod closure;
+mod cosine_hemisphere;
+mod discrete;
+mod distribution;
+mod environment;
+mod frame;
+mod ggx;
+mod mesh_light;
+mod mixture;
+mod phong;
+mod solid_angle;
+mod uniform_direction;
+mod von_mises_fisher;
+
+pub use barycentric::{BarycentricWarp, TriangleWarp};
+pub use closure::{Closures, FromPoint, IntoDraw, ToPoint, Variates, from_fn};
+pub use cosine_hemisphere::CosineHemisphere;
+pub use discrete::{Choice, DiscreteCdf};
+pub use distribution::from_distribution;
+pub use environment::{Environment, EnvironmentSample, RowWarp, luminance};
+pub use frame::Frame;
+pub use ggx::GgxVisibleNormals;
+pub use mesh_light::{LightSample, MeshLight, SeenFrom, Sides, SurfaceSample};
+pub use mixture::Mixture;
+pub use phong::PhongLobe;
+pub use solid_angle::View;
+pub use uniform_direction::{UniformHemisphere, UniformSphere};
+pub use von_mises_fisher::VonMisesFisher;
+
+use crate::domain::{Cell, Domain, Knots};
+
+/// The points of a sampler's domain.
+pub type PointOf<S> = <<S as Sampler>::Domain as Domain>::Point;
+
+/// A point and the density with which it was drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample<P> {
+    /// The point.
+    pub point: P,
+    /// The density there, per the domain's measure.
+    pub density: f64,
+}
+
+/// Draws points of a domain from uniform variates, and knows their density.
+///
+/// ```
+/// use warpcheck::domain::Hemisphere;
+/// use warpcheck::sampler::{Sample, Sampler};
+/// use glam::DVec3;
+/// use std::f64::consts::{PI, TAU};
+///
+/// /// Malley's method, Pharr, Jakob and Humphreys, section A.5.3.
+/// struct Cosine;
+///
+/// impl Sampler for Cosine {
+///     type Domain = Hemisphere;
+///     fn domain(&self) -> Hemisphere { Hemisphere }
+///     fn dimensions(&self) -> usize { 2 }
+///     fn sample(&self, xi: &[f64]) -> Option<Sample<DVec3>> {
+///         let (r, phi) = (xi[0].sqrt(), TAU * xi[1]);
+///         let point = DVec3::new(r * phi.cos(), r * phi.sin(), (1.0 - xi[0]).sqrt());
+///         Some(Sample { point, density: self.density(&point) })
+///     }
+///     fn density(&self, w: &DVec3) -> f64 { w.z / PI }
+/// }
+///
+/// warpcheck::verify(&Cosine).samples(100_000).run().assert();
+/// ```
+pub trait Sampler: Sync {
+    /// Where its points live.
+    type Domain: Domain;
+
+    /// The domain.
+    fn domain(&self) -> Self::Domain;
+
+    /// How many uniform variates one sample takes.
+    fn dimensions(&self) -> usize;
+
+    /// The sample for these [`dimensions`](Self::dimensions) variates, each in `[0, 1)`; `None` where the sampler
+    /// rejects them. Rejected mass is counted, and tested against 1 minus the integral of the density.
+    fn sample(&self, xi: &[f64]) -> Option<Sample<PointOf<Self>>>;
+
+    /// The density at a point, per the domain's measure.
+    fn density(&self, point: &PointOf<Self>) -> f64;
+
+    /// The variates that give `point`, where an inverse exists.
+    fn invert(&self, _point: &PointOf<Self>) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// The probability of a cell, where the sampler knows it exactly; quadrature of the density otherwise.
+    fn cell_mass(&self, _cell: &Cell) -> Option<f64> {
+        None
+    }
+
+    /// Where the density may jump, along the axes of the domain's chart. Helps quadrature; a wrong answer costs
+    /// accuracy, which the error estimate then shows.
+    fn knots(&self) -> Knots {
+        Knots::default()
+    }
+}
+
+impl<S: Sampler + ?Sized> Sampler for &S {
+    type Domain = S::Domain;
+
+    fn domain(&self) -> Self::Domain {
+        (**self).domain()
+    }
+
+    fn dimensions(&self) -> usize {
+        (**self).dimensions()
+    }
+
+    fn sample(&self, xi: &[f64]) -> Option<Sample<PointOf<Self>>> {
+        (**self).sample(xi)
+    }
+
+    fn density(&self, point: &PointOf<Self>) -> f64 {
+        (**self).density(point)
+    }
+
+    fn invert(&self, point: &PointOf<Self>) -> Option<Vec<f64>> {
+        (**self).invert(point)
+    }
+
+    fn cell_mass(&self, cell: &Cell) -> Option<f64> {
+        (**self).cell_mass(cell)
+    }
+
+    fn knots(&self) -> Knots {
+        (**self).knots()
+    }
+}
+
+/// What a sampler can't be made from.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// There is nothing to choose from.
+    #[error("there are no weights to choose by")]
+    NoWeights,
+    /// A weight is negative, NaN or infinite.
+    #[error("weight {index} is {value}; weights must be finite and at least 0")]
+    Weight {
+        /// Which weight.
+        index: usize,
+        /// What it is.
+        value: f64,
+    },
+    /// All weights are 0.
+    #[error("all {count} weights are 0")]
+    AllZero {
+        /// How many there are.
+        count: usize,
+    },
+    /// A texel is negative, NaN or infinite.
+    #[error(
+        "texel (column {column}, row {row}) has {channel} = {value}; radiance must be finite and at least 0"
+    )]
+    Texel {
+        /// Column, from 0 on the left.
+        column: usize,
+        /// Row, from 0 on top.
+        row: usize,
+        /// Which channel.
+        channel: char,
+        /// What it is.
+        value: f32,
+    },
+    /// A map has no texels, or another number of them than its size says.
+    #[error("the map is {width} x {height}, but has {texels} texels")]
+    MapSize {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// Texels given.
+        texels: usize,
+    },
+    /// A map without any light.
+    #[error("the map is black: all of its {width} x {height} texels have no luminance")]
+    Black {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+    /// A vertex is NaN or infinite.
+    #[error("triangle {triangle} has the vertex {vertex}; vertices must be finite")]
+    Vertex {
+        /// Which triangle.
+        triangle: usize,
+        /// The vertex.
+        vertex: glam::Vec3,
+    },
+    /// A light without area.
+    #[error("the light has no area: all of its {triangles} triangles are degenerate")]
+    NoArea {
+        /// How many triangles there are.
+        triangles: usize,
+    },
+    /// A parameter is out of its range.
+    #[error("{parameter} is {value}; it must be {allowed}")]
+    Parameter {
+        /// Its name.
+        parameter: &'static str,
+        /// What it is.
+        value: f64,
+        /// What it may be.
+        allowed: &'static str,
+    },
+}
+
+/// `value` if it lies in `allowed`, an error that names the parameter otherwise.
+fn checked(
+    parameter: &'static str,
+    value: f32,
+    range: std::ops::RangeInclusive<f32>,
+    allowed: &'static str,
+) -> Result<f32, Error> {
+    if range.contains(&value) {
+        Ok(value)
+    } else {
+        Err(Error::Parameter { parameter, value: f64::from(value), allowed })
+    }
+}

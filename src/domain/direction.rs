@@ -1,0 +1,160 @@
+//! Directions: the unit sphere and the upper hemisphere, measured by solid angle.
+//!
+//! The chart is (theta, phi) scaled to the unit square, theta from +Z and phi from +X towards +Y, with
+//! d omega = sin theta d theta d phi. The angles come from `atan2`, so that the last bits of a direction near
+//! either pole are kept.
+
+use super::{Cell, Domain, Location, Outside, TOLERANCE};
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// All unit vectors, measured by solid angle; +Z is theta = 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sphere;
+
+/// The unit vectors with z >= 0, measured by solid angle; +Z is theta = 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Hemisphere;
+
+fn direction(theta: f64, phi: f64) -> DVec3 {
+    let ((sin_theta, cos_theta), (sin_phi, cos_phi)) = (theta.sin_cos(), phi.sin_cos());
+    DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta)
+}
+
+/// (theta, phi) of a unit vector, phi in `[0, 2 pi)`.
+fn angles(w: DVec3) -> Result<(f64, f64), Outside> {
+    if !w.is_finite() {
+        return Err(Outside(format!("is not finite: {w}")));
+    }
+    if (w.length_squared() - 1.0).abs() > 2.0 * TOLERANCE {
+        return Err(Outside(format!("has length {}", w.length())));
+    }
+    let phi = w.y.atan2(w.x);
+    Ok((w.x.hypot(w.y).atan2(w.z), if phi < 0.0 { phi + TAU } else { phi }))
+}
+
+fn tangent_neighbours(w: DVec3, epsilon: f64) -> impl Iterator<Item = DVec3> {
+    let (t, b) = w.any_orthonormal_pair();
+    [t, -t, b, -b].into_iter().map(move |step| (w + epsilon * step).normalize())
+}
+
+fn describe(cell: &Cell, theta_range: f64) -> String {
+    let degrees = |x: f64, range: f64| (x * range).to_degrees();
+    format!(
+        "theta {:.4}..{:.4} deg, phi {:.4}..{:.4} deg",
+        degrees(cell.low[0], theta_range),
+        degrees(cell.high[0], theta_range),
+        degrees(cell.low[1], TAU),
+        degrees(cell.high[1], TAU)
+    )
+}
+
+impl Domain for Sphere {
+    type Point = DVec3;
+
+    fn name(&self) -> &'static str {
+        "sphere"
+    }
+
+    fn per(&self) -> &'static str {
+        "solid angle"
+    }
+
+    fn measure(&self) -> f64 {
+        4.0 * PI
+    }
+
+    fn point(&self, _: usize, at: [f64; 2]) -> (DVec3, f64) {
+        let theta = at[0] * PI;
+        (direction(theta, at[1] * TAU), PI * TAU * theta.sin())
+    }
+
+    fn locate(&self, w: &DVec3) -> Result<Location, Outside> {
+        let (theta, phi) = angles(*w)?;
+        Ok(Location { patch: 0, at: [theta / PI, phi / TAU] })
+    }
+
+    fn neighbours(&self, w: &DVec3, epsilon: f64) -> Vec<DVec3> {
+        tangent_neighbours(*w, epsilon).collect()
+    }
+
+    fn extent(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
+        let middle = 0.5 * (low[0] + high[0]) * PI;
+        [(high[0] - low[0]) * PI, (high[1] - low[1]) * TAU * middle.sin()]
+    }
+
+    fn describe(&self, cell: &Cell) -> String {
+        describe(cell, PI)
+    }
+
+    fn picture_aspect(&self) -> f64 {
+        2.0
+    }
+
+    fn picture_location(&self, x: f64, y: f64) -> Option<Location> {
+        Some(Location { patch: 0, at: [y, x] })
+    }
+
+    fn picture_caption(&self) -> &'static str {
+        "lat-long: phi 0..360 deg to the right, theta 0 (+Z) at the top to 180 deg"
+    }
+}
+
+impl Domain for Hemisphere {
+    type Point = DVec3;
+
+    fn name(&self) -> &'static str {
+        "hemisphere"
+    }
+
+    fn per(&self) -> &'static str {
+        "solid angle"
+    }
+
+    fn measure(&self) -> f64 {
+        TAU
+    }
+
+    fn point(&self, _: usize, at: [f64; 2]) -> (DVec3, f64) {
+        let theta = at[0] * FRAC_PI_2;
+        let mut w = direction(theta, at[1] * TAU);
+        w.z = w.z.max(0.0);
+        (w, FRAC_PI_2 * TAU * theta.sin())
+    }
+
+    fn locate(&self, w: &DVec3) -> Result<Location, Outside> {
+        let (theta, phi) = angles(*w)?;
+        if w.z < 0.0 {
+            return Err(Outside(format!("is under the horizon: z = {:e}", w.z)));
+        }
+        Ok(Location { patch: 0, at: [(theta / FRAC_PI_2).min(1.0), phi / TAU] })
+    }
+
+    fn neighbours(&self, w: &DVec3, epsilon: f64) -> Vec<DVec3> {
+        tangent_neighbours(*w, epsilon).filter(|w| w.z >= 0.0).collect()
+    }
+
+    fn extent(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
+        let middle = 0.5 * (low[0] + high[0]) * FRAC_PI_2;
+        [(high[0] - low[0]) * FRAC_PI_2, (high[1] - low[1]) * TAU * middle.sin()]
+    }
+
+    fn describe(&self, cell: &Cell) -> String {
+        describe(cell, FRAC_PI_2)
+    }
+
+    fn picture_location(&self, x: f64, y: f64) -> Option<Location> {
+        // Lambert's azimuthal equal-area projection, seen from +Z: r^2 = 1 - cos theta.
+        let (px, py) = (2.0 * x - 1.0, 1.0 - 2.0 * y);
+        let r2 = px * px + py * py;
+        (r2 <= 1.0).then(|| {
+            let theta = 2.0 * (0.5 * r2).sqrt().asin();
+            let phi = py.atan2(px).rem_euclid(TAU);
+            Location { patch: 0, at: [(theta / FRAC_PI_2).min(1.0), phi / TAU] }
+        })
+    }
+
+    fn picture_caption(&self) -> &'static str {
+        "equal-area disk seen from +Z: the rim is the horizon, +X to the right, +Y up"
+    }
+}

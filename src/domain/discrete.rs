@@ -1,0 +1,86 @@
+//! A finite set of entries, measured by counting: a density is the probability mass of an entry.
+
+use super::{Cell, Domain, Location, Outside};
+
+/// The indices `0..len`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Discrete {
+    len: usize,
+}
+
+impl Discrete {
+    /// The indices `0..len`.
+    ///
+    /// # Panics
+    /// If `len` is 0: an empty set carries no probability.
+    #[track_caller]
+    pub fn new(len: usize) -> Self {
+        assert!(len > 0, "a discrete domain needs at least one entry");
+        Self { len }
+    }
+
+    /// Number of entries.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Never true: an empty set cannot be made.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+}
+
+impl Domain for Discrete {
+    type Point = usize;
+
+    fn name(&self) -> &'static str {
+        "discrete"
+    }
+
+    fn per(&self) -> &'static str {
+        "entry (mass)"
+    }
+
+    fn measure(&self) -> f64 {
+        self.len as f64
+    }
+
+    fn patches(&self) -> usize {
+        self.len
+    }
+
+    fn axes(&self) -> usize {
+        0
+    }
+
+    fn point(&self, patch: usize, _: [f64; 2]) -> (usize, f64) {
+        (patch, 1.0)
+    }
+
+    fn locate(&self, index: &usize) -> Result<Location, Outside> {
+        if *index < self.len {
+            Ok(Location { patch: *index, at: [0.0; 2] })
+        } else {
+            Err(Outside(format!("is index {index} of {} entries", self.len)))
+        }
+    }
+
+    fn describe(&self, cell: &Cell) -> String {
+        match cell.patches.end - cell.patches.start {
+            1 => format!("index {}", cell.patches.start),
+            _ => format!("indices {}..={}", cell.patches.start, cell.patches.end - 1),
+        }
+    }
+
+    fn picture_aspect(&self) -> f64 {
+        4.0
+    }
+
+    fn picture_location(&self, x: f64, _: f64) -> Option<Location> {
+        Some(Location { patch: ((x * self.len as f64) as usize).min(self.len - 1), at: [0.0; 2] })
+    }
+
+    fn picture_caption(&self) -> &'static str {
+        "entries in order of index, left to right"
+    }
+}

@@ -1,0 +1,209 @@
+//! Flat pieces: intervals (finite or not), the unit square, the unit disk.
+
+use super::{Cell, Domain, Location, Outside, TOLERANCE};
+use glam::DVec2;
+use std::f64::consts::TAU;
+
+/// The reals from `low` to `high`, measured by length; either end may be infinite.
+///
+/// A finite interval is charted linearly; an infinite end by x = t / (1 - |t|), which keeps a density that falls
+/// like 1/x^2 or faster bounded on the chart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    low: f64,
+    high: f64,
+}
+
+impl Interval {
+    /// From `low` to `high`, each finite or infinite.
+    ///
+    /// # Panics
+    /// Unless `low < high`.
+    #[track_caller]
+    pub fn new(low: f64, high: f64) -> Self {
+        assert!(low < high, "an interval needs low < high, got {low} and {high}");
+        Self { low, high }
+    }
+
+    /// All reals.
+    pub fn real_line() -> Self {
+        Self::new(f64::NEG_INFINITY, f64::INFINITY)
+    }
+
+    /// The reals from 0 up.
+    pub fn positive() -> Self {
+        Self::new(0.0, f64::INFINITY)
+    }
+}
+
+impl Domain for Interval {
+    type Point = f64;
+
+    fn name(&self) -> &'static str {
+        "interval"
+    }
+
+    fn per(&self) -> &'static str {
+        "length"
+    }
+
+    fn measure(&self) -> f64 {
+        self.high - self.low
+    }
+
+    fn axes(&self) -> usize {
+        1
+    }
+
+    fn point(&self, _: usize, at: [f64; 2]) -> (f64, f64) {
+        let t = at[0];
+        match (self.low.is_finite(), self.high.is_finite()) {
+            (true, true) => {
+                let length = self.high - self.low;
+                (self.low + t * length, length)
+            }
+            (true, false) => (self.low + t / (1.0 - t), (1.0 - t).powi(-2)),
+            (false, true) => (self.high - (1.0 - t) / t, t.powi(-2)),
+            (false, false) => {
+                let s = 2.0 * t - 1.0;
+                (s / (1.0 - s.abs()), 2.0 * (1.0 - s.abs()).powi(-2))
+            }
+        }
+    }
+
+    fn locate(&self, x: &f64) -> Result<Location, Outside> {
+        let x = *x;
+        if !x.is_finite() {
+            return Err(Outside(format!("is not finite: {x}")));
+        }
+        let slack = TOLERANCE
+            * [self.low, self.high, self.high - self.low]
+                .into_iter()
+                .filter(|v| v.is_finite())
+                .fold(0.0, |a: f64, v| a.max(v.abs()));
+        if x < self.low - slack || x > self.high + slack {
+            return Err(Outside(format!("is {x}, outside of [{}, {}]", self.low, self.high)));
+        }
+        let t = match (self.low.is_finite(), self.high.is_finite()) {
+            (true, true) => (x - self.low) / (self.high - self.low),
+            (true, false) => (x - self.low) / (1.0 + (x - self.low)),
+            (false, true) => 1.0 / (1.0 + (self.high - x)),
+            (false, false) => 0.5 + 0.5 * x / (1.0 + x.abs()),
+        };
+        Ok(Location { patch: 0, at: [t.clamp(0.0, 1.0), 0.0] })
+    }
+
+    fn describe(&self, cell: &Cell) -> String {
+        format!("x {:.6}..{:.6}", self.point(0, cell.low).0, self.point(0, cell.high).0)
+    }
+
+    fn picture_aspect(&self) -> f64 {
+        4.0
+    }
+
+    fn picture_location(&self, x: f64, _: f64) -> Option<Location> {
+        Some(Location { patch: 0, at: [x, 0.0] })
+    }
+
+    fn picture_caption(&self) -> &'static str {
+        "the interval from low to high (an infinite end drawn in)"
+    }
+}
+
+/// The closed unit square, measured by area.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Square;
+
+impl Domain for Square {
+    type Point = DVec2;
+
+    fn name(&self) -> &'static str {
+        "square"
+    }
+
+    fn per(&self) -> &'static str {
+        "area"
+    }
+
+    fn measure(&self) -> f64 {
+        1.0
+    }
+
+    fn point(&self, _: usize, at: [f64; 2]) -> (DVec2, f64) {
+        (at.into(), 1.0)
+    }
+
+    fn locate(&self, p: &DVec2) -> Result<Location, Outside> {
+        let inside = |x: f64| (-TOLERANCE..=1.0 + TOLERANCE).contains(&x);
+        if !(inside(p.x) && inside(p.y)) {
+            return Err(Outside(format!("is {p}, outside of the unit square")));
+        }
+        Ok(Location { patch: 0, at: p.clamp(DVec2::ZERO, DVec2::ONE).into() })
+    }
+
+    fn describe(&self, cell: &Cell) -> String {
+        format!("x {:.5}..{:.5}, y {:.5}..{:.5}", cell.low[0], cell.high[0], cell.low[1], cell.high[1])
+    }
+
+    fn picture_location(&self, x: f64, y: f64) -> Option<Location> {
+        Some(Location { patch: 0, at: [x, 1.0 - y] })
+    }
+
+    fn picture_caption(&self) -> &'static str {
+        "the unit square: x to the right, y up"
+    }
+}
+
+/// The closed unit disk, measured by area; its chart is polar, (r, phi / 2 pi).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Disk;
+
+impl Domain for Disk {
+    type Point = DVec2;
+
+    fn name(&self) -> &'static str {
+        "disk"
+    }
+
+    fn per(&self) -> &'static str {
+        "area"
+    }
+
+    fn measure(&self) -> f64 {
+        TAU / 2.0
+    }
+
+    fn point(&self, _: usize, at: [f64; 2]) -> (DVec2, f64) {
+        (DVec2::from_angle(at[1] * TAU) * at[0], TAU * at[0])
+    }
+
+    fn locate(&self, p: &DVec2) -> Result<Location, Outside> {
+        if !p.is_finite() || p.length() > 1.0 + TOLERANCE {
+            return Err(Outside(format!("is {p}, outside of the unit disk")));
+        }
+        Ok(Location { patch: 0, at: [p.length().min(1.0), p.y.atan2(p.x).rem_euclid(TAU) / TAU] })
+    }
+
+    fn extent(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
+        [high[0] - low[0], (high[1] - low[1]) * TAU * 0.5 * (low[0] + high[0])]
+    }
+
+    fn describe(&self, cell: &Cell) -> String {
+        let degrees = |x: f64| x * 360.0;
+        format!(
+            "r {:.5}..{:.5}, phi {:.3}..{:.3} deg",
+            cell.low[0],
+            cell.high[0],
+            degrees(cell.low[1]),
+            degrees(cell.high[1])
+        )
+    }
+
+    fn picture_location(&self, x: f64, y: f64) -> Option<Location> {
+        self.locate(&DVec2::new(2.0 * x - 1.0, 1.0 - 2.0 * y)).ok()
+    }
+
+    fn picture_caption(&self) -> &'static str {
+        "the unit disk: x to the right, y up"
+    }
+}

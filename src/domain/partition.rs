@@ -1,0 +1,315 @@
+//! Cells chosen by where the mass is: a k-d tree over (patch, chart coordinates), cut at the medians of pilot samples.
+//!
+//! A fixed grid either misses a peak or wastes its cells on the sky. Here every leaf holds about the same number
+//! of pilots, so a lobe a thousandth of a radian wide gets as many cells as the rest of the sphere. The pilots
+//! must not be the samples that are judged later: cells that depend on the data bias a test.
+
+use super::{Domain, Location};
+use std::ops::Range;
+
+/// A rectangle of one patch's chart, or a run of whole patches.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    /// The patches; more than one only where the rectangle is the whole chart.
+    pub patches: Range<usize>,
+    /// Lower chart coordinates.
+    pub low: [f64; 2],
+    /// Upper chart coordinates.
+    pub high: [f64; 2],
+}
+
+impl Cell {
+    /// The whole of a domain.
+    pub fn whole<D: Domain>(domain: &D) -> Self {
+        Self { patches: 0..domain.patches(), low: [0.0; 2], high: [1.0; 2] }
+    }
+}
+
+/// Chart coordinates across which a density may jump, per axis, ascending, inside (0, 1); the same on every patch.
+/// Quadrature and cells keep to these lines.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Knots {
+    /// Coordinates along each axis.
+    pub axes: [Vec<f64>; 2],
+}
+
+impl Knots {
+    /// The knots of a density that is smooth on each texel of a `columns` (axis 1) x `rows` (axis 0) grid.
+    pub fn grid(rows: usize, columns: usize) -> Self {
+        let ticks = |n: usize| (1..n).map(|i| i as f64 / n as f64).collect();
+        Self { axes: [ticks(rows), ticks(columns)] }
+    }
+
+    /// Those strictly between `low` and `high`.
+    pub(super) fn between(&self, axis: usize, low: f64, high: f64) -> &[f64] {
+        let knots = &self.axes[axis];
+        let start = knots.partition_point(|&k| k <= low);
+        let end = knots.partition_point(|&k| k < high);
+        &knots[start.min(end)..end]
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Node {
+    cell: Cell,
+    /// Left child; the right one follows it. `None` at a leaf.
+    children: Option<usize>,
+    /// What the split compares: 0 the patch, 1 and 2 the chart axes.
+    axis: usize,
+    threshold: f64,
+    /// Leaves below, as a range: children are numbered so that every node's leaves are contiguous.
+    leaves: Range<usize>,
+}
+
+/// A partition of a domain into leaf cells, and the tree over them.
+#[derive(Clone, Debug)]
+pub struct Partition {
+    nodes: Vec<Node>,
+    leaves: Vec<Cell>,
+}
+
+/// A coarser partition: which group each leaf falls into.
+#[derive(Clone, Debug)]
+pub struct Groups {
+    /// The group of each leaf; `None` where the leaf is in the pool of light cells.
+    pub of_leaf: Vec<Option<usize>>,
+    /// The cell that each group covers.
+    pub cells: Vec<Cell>,
+}
+
+const DEPTH_LIMIT: usize = 96;
+
+impl Partition {
+    /// Cuts `domain` so that each leaf holds at most `per_leaf` of the pilots, as far as atoms allow.
+    pub fn from_pilots<D: Domain>(
+        domain: &D,
+        mut pilots: Vec<Location>,
+        knots: &Knots,
+        per_leaf: usize,
+    ) -> Self {
+        let mut tree = Self { nodes: Vec::new(), leaves: Vec::new() };
+        let root = Node { cell: Cell::whole(domain), children: None, axis: 0, threshold: 0.0, leaves: 0..0 };
+        tree.nodes.push(root);
+        tree.grow(domain, 0, &mut pilots, knots, per_leaf.max(1), 0);
+        tree
+    }
+
+    fn grow<D: Domain>(
+        &mut self,
+        domain: &D,
+        node: usize,
+        pilots: &mut [Location],
+        knots: &Knots,
+        per_leaf: usize,
+        depth: usize,
+    ) {
+        let first_leaf = self.leaves.len();
+        let cell = self.nodes[node].cell.clone();
+        let split = if pilots.len() > per_leaf && depth < DEPTH_LIMIT {
+            choose_split(domain, &cell, pilots, knots)
+        } else {
+            None
+        };
+        match split {
+            None => self.leaves.push(cell),
+            Some((axis, threshold)) => {
+                let below = partition_in_place(pilots, |p| coordinate(p, axis) < threshold);
+                let left = self.nodes.len();
+                let (low, high) = cell.split(axis, threshold);
+                for cell in [low, high] {
+                    self.nodes.push(Node { cell, children: None, axis: 0, threshold: 0.0, leaves: 0..0 });
+                }
+                let (a, b) = pilots.split_at_mut(below);
+                self.grow(domain, left, a, knots, per_leaf, depth + 1);
+                self.grow(domain, left + 1, b, knots, per_leaf, depth + 1);
+                let node = &mut self.nodes[node];
+                (node.children, node.axis, node.threshold) = (Some(left), axis, threshold);
+            }
+        }
+        self.nodes[node].leaves = first_leaf..self.leaves.len();
+    }
+
+    /// The leaf cells; a leaf is named by its index here.
+    pub fn leaves(&self) -> &[Cell] {
+        &self.leaves
+    }
+
+    /// The leaf that holds a location.
+    #[inline]
+    pub fn leaf_of(&self, location: &Location) -> usize {
+        let mut node = &self.nodes[0];
+        while let Some(left) = node.children {
+            let right = coordinate(location, node.axis) >= node.threshold;
+            node = &self.nodes[left + usize::from(right)];
+        }
+        node.leaves.start
+    }
+
+    /// The coarser partition whose cells are the topmost nodes of at most `target` mass; whatever weighs less
+    /// than `floor` goes to the pool instead.
+    pub fn group(&self, leaf_mass: &[f64], target: f64, floor: f64) -> Groups {
+        let mut groups = Groups { of_leaf: vec![None; self.leaves.len()], cells: Vec::new() };
+        let masses = self.node_masses(leaf_mass);
+        let mut stack = vec![0];
+        while let Some(index) = stack.pop() {
+            let node = &self.nodes[index];
+            if masses[index] < floor {
+                continue;
+            }
+            match node.children {
+                // A node both of whose halves are light is itself the cell.
+                Some(left)
+                    if masses[index] > target && (masses[left] >= floor || masses[left + 1] >= floor) =>
+                {
+                    stack.extend([left + 1, left]);
+                }
+                _ => {
+                    for leaf in node.leaves.clone() {
+                        groups.of_leaf[leaf] = Some(groups.cells.len());
+                    }
+                    groups.cells.push(node.cell.clone());
+                }
+            }
+        }
+        groups
+    }
+
+    fn node_masses(&self, leaf_mass: &[f64]) -> Vec<f64> {
+        // Children come after their parents, so one sweep from the back sums bottom-up.
+        let mut masses = vec![0.0; self.nodes.len()];
+        for (index, node) in self.nodes.iter().enumerate().rev() {
+            masses[index] = match node.children {
+                Some(left) => masses[left] + masses[left + 1],
+                None => leaf_mass[node.leaves.start],
+            };
+        }
+        masses
+    }
+}
+
+impl Cell {
+    fn split(&self, axis: usize, threshold: f64) -> (Self, Self) {
+        let (mut low, mut high) = (self.clone(), self.clone());
+        if axis == 0 {
+            low.patches.end = threshold as usize;
+            high.patches.start = threshold as usize;
+        } else {
+            low.high[axis - 1] = threshold;
+            high.low[axis - 1] = threshold;
+        }
+        (low, high)
+    }
+}
+
+#[inline]
+fn coordinate(location: &Location, axis: usize) -> f64 {
+    match axis {
+        0 => location.patch as f64,
+        _ => location.at[axis - 1],
+    }
+}
+
+/// Moves what satisfies `predicate` to the front and counts it; the order within each part is kept.
+fn partition_in_place(pilots: &mut [Location], predicate: impl Fn(&Location) -> bool) -> usize {
+    pilots.sort_by_key(|p| !predicate(p));
+    pilots.partition_point(predicate)
+}
+
+fn choose_split<D: Domain>(
+    domain: &D,
+    cell: &Cell,
+    pilots: &mut [Location],
+    knots: &Knots,
+) -> Option<(usize, f64)> {
+    if cell.patches.end - cell.patches.start > 1 {
+        let middle = pilots.len() / 2;
+        pilots.select_nth_unstable_by_key(middle, |p| p.patch);
+        let median = pilots[middle].patch;
+        // Put the median patch on the side that leaves the halves more even.
+        let below = pilots.iter().filter(|p| p.patch < median).count();
+        let through = pilots.iter().filter(|p| p.patch <= median).count();
+        let threshold = if below.abs_diff(middle) <= through.abs_diff(middle) { median } else { median + 1 };
+        return Some((0, threshold.clamp(cell.patches.start + 1, cell.patches.end - 1) as f64));
+    }
+    let mut candidates: Vec<(f64, usize, f64)> = (0..domain.axes())
+        .map(|axis| {
+            let (near, middle, far) =
+                (pilots.len() / 8, pilots.len() / 2, pilots.len() - 1 - pilots.len() / 8);
+            let mut rank = |k: usize| {
+                pilots.select_nth_unstable_by(k, |a, b| a.at[axis].total_cmp(&b.at[axis])).1.at[axis]
+            };
+            let (low, median, high) = (rank(near), rank(middle), rank(far));
+            let (mut a, mut b) = (cell.low, cell.high);
+            (a[axis], b[axis]) = (low, high);
+            (domain.extent(a, b)[axis], axis, median)
+        })
+        .collect();
+    candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
+    candidates.into_iter().find_map(|(_, axis, median)| {
+        let (low, high) = (cell.low[axis], cell.high[axis]);
+        let threshold = snap(median, knots.between(axis, low, high));
+        (threshold > low && threshold < high && high - low > 1e-13).then_some((axis + 1, threshold))
+    })
+}
+
+/// The knot nearest to `x`, where a cell spans several texels; `x` itself inside one.
+fn snap(x: f64, knots: &[f64]) -> f64 {
+    let after = knots.partition_point(|&k| k < x);
+    [after.checked_sub(1), Some(after)]
+        .into_iter()
+        .flatten()
+        .filter_map(|i| knots.get(i))
+        .copied()
+        .min_by(|a, b| (a - x).abs().total_cmp(&(b - x).abs()))
+        .unwrap_or(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::{Discrete, Square};
+
+    fn grid_pilots(n: usize) -> Vec<Location> {
+        (0..n * n)
+            .map(|i| Location {
+                patch: 0,
+                at: [(i % n) as f64, (i / n) as f64].map(|x| (x + 0.5) / n as f64),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn leaves_tile_the_domain() {
+        let partition = Partition::from_pilots(&Square, grid_pilots(32), &Knots::default(), 4);
+        let area: f64 =
+            partition.leaves().iter().map(|c| (c.high[0] - c.low[0]) * (c.high[1] - c.low[1])).sum();
+        assert!((area - 1.0).abs() < 1e-12, "{area}");
+        for pilot in grid_pilots(7) {
+            let cell = &partition.leaves()[partition.leaf_of(&pilot)];
+            for axis in 0..2 {
+                assert!(cell.low[axis] <= pilot.at[axis] && pilot.at[axis] <= cell.high[axis]);
+            }
+        }
+    }
+
+    #[test]
+    fn an_entry_with_most_of_the_mass_gets_a_cell_of_its_own() {
+        let mut pilots = vec![Location { patch: 3, at: [0.0; 2] }; 1000];
+        pilots.extend((0..10).map(|patch| Location { patch, at: [0.0; 2] }));
+        let partition = Partition::from_pilots(&Discrete::new(10), pilots, &Knots::default(), 4);
+        assert!(partition.leaves().iter().any(|c| c.patches == (3..4)));
+    }
+
+    #[test]
+    fn groups_respect_target_and_floor() {
+        let partition = Partition::from_pilots(&Square, grid_pilots(32), &Knots::default(), 4);
+        let mut mass = vec![1.0; partition.leaves().len()];
+        mass[0] = 1e-9;
+        let total: f64 = mass.iter().sum();
+        let groups = partition.group(&mass, total / 16.0, 0.5);
+        assert!(groups.cells.len() >= 16 && groups.cells.len() <= 34, "{}", groups.cells.len());
+        let fine = partition.group(&mass, 0.0, 0.5);
+        assert_eq!(fine.of_leaf[0], None, "a light leaf is pooled");
+        assert_eq!(fine.cells.len(), mass.len() - 1);
+    }
+}

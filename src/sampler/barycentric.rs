@@ -1,0 +1,116 @@
+//! The barycentric warp: a uniform point on a triangle from two variates.
+//!
+//! Low-distortion (Heitz, "A Low-Distortion Map Between Triangle and Square", 2019): the square is folded along its
+//! diagonal,
+//!
+//!   xi0 < xi1:  b0 = xi0 / 2, b1 = xi1 - b0;   otherwise  b1 = xi1 / 2, b0 = xi0 - b1;   b2 = 1 - b0 - b1.
+//!
+//! The branch compares xi0 with xi1; a widely copied text has xi0 < xi1^2, which leaves the triangle on 1/48 of the square.
+//! In both branches b0 + b1 = max(xi0, xi1), so b2 = 1 - max(xi0, xi1) has no rounding to make it negative.
+//!
+//! Square root (Turk, Graphics Gems, 1990; Osada et al. 2002): b0 = 1 - sqrt xi0, b1 = xi1 sqrt xi0.
+//!
+//! Both have the density 1 / area, per area.
+
+use super::{Sample, Sampler};
+use crate::domain::Triangle;
+use crate::random::to_f32;
+use glam::{DVec3, Vec2, Vec3};
+
+/// Which map from the unit square to barycentric coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TriangleWarp {
+    /// Heitz' fold: nearby variates stay nearby, angles are kept better.
+    #[default]
+    LowDistortion,
+    /// The square root: smooth, but squeezes one side of the square into a vertex.
+    SquareRoot,
+}
+
+impl TriangleWarp {
+    /// Barycentric coordinates (b0, b1, b2) for variates in `[0, 1)`: none negative, summing to 1 up to rounding.
+    ///
+    /// ```
+    /// use warpcheck::sampler::TriangleWarp;
+    /// let b = TriangleWarp::LowDistortion.barycentric(glam::Vec2::new(0.25, 0.75));
+    /// assert_eq!(b, glam::Vec3::new(0.125, 0.625, 0.25));
+    /// ```
+    #[inline]
+    pub fn barycentric(self, xi: Vec2) -> Vec3 {
+        match self {
+            Self::LowDistortion => {
+                let (b0, b1) = if xi.x < xi.y {
+                    (0.5 * xi.x, xi.y - 0.5 * xi.x)
+                } else {
+                    (xi.x - 0.5 * xi.y, 0.5 * xi.y)
+                };
+                Vec3::new(b0, b1, 1.0 - xi.max_element())
+            }
+            Self::SquareRoot => {
+                let root = xi.x.sqrt();
+                Vec3::new(1.0 - root, xi.y * root, root * (1.0 - xi.y))
+            }
+        }
+    }
+
+    /// The variates for barycentric coordinates; the inverse of [`barycentric`](Self::barycentric).
+    pub fn invert(self, b: Vec3) -> Vec2 {
+        match self {
+            Self::LowDistortion if b.x < b.y => Vec2::new(2.0 * b.x, b.y + b.x),
+            Self::LowDistortion => Vec2::new(b.x + b.y, 2.0 * b.y),
+            Self::SquareRoot => {
+                let root = b.y + b.z;
+                Vec2::new(root * root, if root > 0.0 { b.y / root } else { 0.0 })
+            }
+        }
+    }
+}
+
+/// A [`TriangleWarp`] on a triangle of a given area, as a [`Sampler`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BarycentricWarp {
+    warp: TriangleWarp,
+    area: f32,
+}
+
+impl BarycentricWarp {
+    /// `warp` on a triangle of this area.
+    ///
+    /// # Errors
+    /// Unless the area is positive and finite.
+    pub fn new(warp: TriangleWarp, area: f32) -> Result<Self, super::Error> {
+        let area = super::checked("area", area, f32::MIN_POSITIVE..=f32::MAX, "positive and finite")?;
+        Ok(Self { warp, area })
+    }
+
+    /// Density per area, the same everywhere.
+    pub fn density(&self) -> f32 {
+        1.0 / self.area
+    }
+}
+
+impl Sampler for BarycentricWarp {
+    type Domain = Triangle;
+
+    fn domain(&self) -> Triangle {
+        Triangle::with_area(f64::from(self.area))
+    }
+
+    fn dimensions(&self) -> usize {
+        2
+    }
+
+    fn sample(&self, xi: &[f64]) -> Option<Sample<DVec3>> {
+        let point = self.warp.barycentric(Vec2::new(to_f32(xi[0]), to_f32(xi[1]))).as_dvec3();
+        Some(Sample { point, density: f64::from(self.density()) })
+    }
+
+    fn density(&self, _: &DVec3) -> f64 {
+        f64::from(self.density())
+    }
+
+    fn invert(&self, b: &DVec3) -> Option<Vec<f64>> {
+        let xi = self.warp.invert(b.as_vec3());
+        Some(vec![f64::from(xi.x), f64::from(xi.y)])
+    }
+}

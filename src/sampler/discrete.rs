@@ -1,0 +1,258 @@
+//! Discrete selection by inversion of a CDF.
+//!
+//! P(i) = w_i / sum w. The running sum S_i is compensated (Neumaier) in `f64` on weights scaled by a power of two,
+//! then turned into integer boundaries of [0, 2^53):
+//!
+//!   b_i = floor(S_i / S_N (2^53 - M)) + m_i,   M positive weights, m_i of them among the first i.
+//!
+//! So b_N = 2^53 exactly, an entry of weight 0 has width 0 and is never returned, and every positive weight has at
+//! least one of the 2^53 steps and can be returned. A variate is a 53-bit integer k = floor(2^53 xi), and the entry is
+//! the one with b_i <= k < b_{i+1}, found by binary search. The mass reported is the width searched, (b_{i+1} - b_i) / 2^53,
+//! to the last bit; it differs from w_i / sum w by at most (M + 1) 2^-53.
+//!
+//! Inversion by search: Devroye, "Non-Uniform Random Variate Generation", 1986, section III.2. Variates with fewer bits
+//! (24 for one `f32`) reach only what their lattice meets.
+
+use super::{Error, Sample, Sampler};
+use crate::domain::{Cell, Discrete};
+use crate::random::ONE_MINUS_EPSILON_F64;
+
+const STEPS: f64 = 9_007_199_254_740_992.0; // 2^53
+
+/// A table to select an index with given probabilities from one variate. See the file for its mathematics.
+///
+/// ```
+/// use warpcheck::sampler::DiscreteCdf;
+/// let table = DiscreteCdf::new(&[1.0, 0.0, 3.0])?;
+/// let choice = table.choose(0.7);
+/// assert_eq!(choice.index, 2);
+/// assert!((choice.mass - 0.75).abs() < 1e-15);
+/// assert!((choice.rest - 0.6).abs() < 1e-14); // (0.7 - 0.25) / 0.75
+/// # Ok::<(), warpcheck::sampler::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiscreteCdf {
+    /// b_1 … b_N; b_0 = 0 is left out.
+    boundaries: Box<[u64]>,
+}
+
+/// What [`DiscreteCdf::choose`] chose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice {
+    /// The entry.
+    pub index: usize,
+    /// Its probability.
+    pub mass: f64,
+    /// The variate left over: where in the entry's interval the variate fell, uniform in `[0, 1)` given the index.
+    pub rest: f64,
+}
+
+impl DiscreteCdf {
+    /// A table for these weights, which need not be normalised.
+    ///
+    /// # Errors
+    /// Without weights, if all are 0, or if one is negative, NaN or infinite (named by its index).
+    pub fn new(weights: &[f64]) -> Result<Self, Error> {
+        if weights.is_empty() {
+            return Err(Error::NoWeights);
+        }
+        if let Some((index, &value)) =
+            weights.iter().enumerate().find(|(_, w)| !(w.is_finite() && **w >= 0.0))
+        {
+            return Err(Error::Weight { index, value });
+        }
+        let largest = weights.iter().copied().fold(0.0, f64::max);
+        if largest == 0.0 {
+            return Err(Error::AllZero { count: weights.len() });
+        }
+        // By powers of two, which round nothing, to where sums neither overflow nor lose denormals. In two steps,
+        // since 2^1074 is no f64.
+        let exponent = -exponent_of(largest);
+        let (half, other) = (exponent / 2, exponent - exponent / 2);
+        let scaled = |w: f64| w * power_of_two(half) * power_of_two(other);
+
+        let mut running = Neumaier::default();
+        let total = {
+            let mut total = Neumaier::default();
+            weights.iter().for_each(|&w| total.add(scaled(w)));
+            total.value()
+        };
+        let positive = weights.iter().filter(|&&w| w > 0.0).count() as u64;
+        let free = STEPS - positive as f64;
+        let (mut boundaries, mut passed, mut shared) = (Vec::with_capacity(weights.len()), 0_u64, 0_u64);
+        for &w in weights {
+            if w > 0.0 {
+                running.add(scaled(w));
+                passed += 1;
+                // At the last positive entry running = total to the last bit, since both are the same additions;
+                // before it the rounded value may step back by one unit.
+                let share = (running.value() / total).min(1.0);
+                shared = shared.max((share * free) as u64);
+            }
+            boundaries.push(shared + passed);
+        }
+        debug_assert_eq!(shared + passed, STEPS as u64);
+        Ok(Self { boundaries: boundaries.into() })
+    }
+
+    /// Number of entries.
+    pub fn len(&self) -> usize {
+        self.boundaries.len()
+    }
+
+    /// Never true: an empty table cannot be made.
+    pub fn is_empty(&self) -> bool {
+        self.boundaries.is_empty()
+    }
+
+    /// The entry for a variate in `[0, 1)`. What lies outside is moved to the nearest end, NaN to 0.
+    #[inline]
+    pub fn choose(&self, xi: f64) -> Choice {
+        let position = xi.max(0.0).min(ONE_MINUS_EPSILON_F64) * STEPS;
+        let step = position as u64;
+        let index = self.boundaries.partition_point(|&b| b <= step);
+        let start = self.start(index);
+        let width = (self.boundaries[index] - start) as f64;
+        let rest = ((position - start as f64) / width).min(ONE_MINUS_EPSILON_F64);
+        Choice { index, mass: width / STEPS, rest }
+    }
+
+    /// The probability with which [`choose`](Self::choose) returns an entry; 0 past the end.
+    #[inline]
+    pub fn mass(&self, index: usize) -> f64 {
+        match self.boundaries.get(index) {
+            Some(&end) => (end - self.start(index)) as f64 / STEPS,
+            None => 0.0,
+        }
+    }
+
+    /// The probability of all entries before `index`.
+    pub fn cumulative(&self, index: usize) -> f64 {
+        self.start(index.min(self.len())) as f64 / STEPS
+    }
+
+    /// The variate at which this entry with this rest is chosen; the inverse of [`choose`](Self::choose).
+    pub fn variate(&self, index: usize, rest: f64) -> f64 {
+        let start = self.start(index);
+        (start as f64 + rest * (self.boundaries[index] - start) as f64) / STEPS
+    }
+
+    #[inline]
+    fn start(&self, index: usize) -> u64 {
+        if index == 0 { 0 } else { self.boundaries[index - 1] }
+    }
+}
+
+/// The exponent e with 2^e <= x < 2^(e + 1), for x > 0, denormals included.
+fn exponent_of(x: f64) -> i32 {
+    let bits = (x.to_bits() >> 52) as i32;
+    if bits > 0 { bits - 1023 } else { exponent_of(x * power_of_two(64)) - 64 }
+}
+
+fn power_of_two(exponent: i32) -> f64 {
+    f64::from_bits(((1023 + exponent) as u64) << 52)
+}
+
+/// Neumaier's compensated running sum (ZAMM 54, 1974), here so that tables are built without help from what judges them.
+#[derive(Default)]
+struct Neumaier {
+    sum: f64,
+    compensation: f64,
+}
+
+impl Neumaier {
+    fn add(&mut self, x: f64) {
+        let t = self.sum + x;
+        self.compensation += if self.sum >= x { (self.sum - t) + x } else { (x - t) + self.sum };
+        self.sum = t;
+    }
+
+    fn value(&self) -> f64 {
+        self.sum + self.compensation
+    }
+}
+
+impl Sampler for DiscreteCdf {
+    type Domain = Discrete;
+
+    fn domain(&self) -> Discrete {
+        Discrete::new(self.len())
+    }
+
+    fn dimensions(&self) -> usize {
+        1
+    }
+
+    fn sample(&self, xi: &[f64]) -> Option<Sample<usize>> {
+        let choice = self.choose(xi[0]);
+        Some(Sample { point: choice.index, density: choice.mass })
+    }
+
+    fn density(&self, index: &usize) -> f64 {
+        self.mass(*index)
+    }
+
+    fn invert(&self, index: &usize) -> Option<Vec<f64>> {
+        (self.mass(*index) > 0.0).then(|| vec![self.variate(*index, 0.5)])
+    }
+
+    fn cell_mass(&self, cell: &Cell) -> Option<f64> {
+        Some(self.cumulative(cell.patches.end) - self.cumulative(cell.patches.start))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zero_weights_are_never_returned() {
+        let table = DiscreteCdf::new(&[0.0, 0.0, 1.0, 0.0, 2.0, 0.0]).unwrap();
+        for xi in [0.0, 0.333_333, 1.0 / 3.0, 0.34, 0.5, ONE_MINUS_EPSILON_F64, 1.0, f64::NAN, -1.0] {
+            let choice = table.choose(xi);
+            assert!(matches!(choice.index, 2 | 4), "{xi}: {choice:?}");
+            assert!((0.0..1.0).contains(&choice.rest), "{xi}: {choice:?}");
+        }
+        assert_eq!((0..6).map(|i| table.mass(i)).sum::<f64>(), 1.0);
+    }
+
+    #[test]
+    fn extreme_weights() {
+        for weights in [vec![5e-324, 0.0], vec![f64::MAX, f64::MAX], vec![f64::MAX, 5e-324], vec![1e-320; 7]]
+        {
+            let table = DiscreteCdf::new(&weights).unwrap();
+            assert_eq!((0..weights.len()).map(|i| table.mass(i)).sum::<f64>(), 1.0, "{weights:?}");
+            for (i, w) in weights.iter().enumerate() {
+                assert_eq!(table.mass(i) > 0.0, *w > 0.0, "{weights:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn powers_of_two_change_no_bit() {
+        let weights: Vec<f64> = (1..1000).map(|i| (f64::from(i) * 0.7).sin().abs()).collect();
+        let scaled = |s: f64| DiscreteCdf::new(&weights.iter().map(|w| w * s).collect::<Vec<_>>()).unwrap();
+        let plain = scaled(1.0);
+        assert_eq!(plain, scaled(2.0_f64.powi(60)));
+        assert_eq!(plain, scaled(2.0_f64.powi(-60)));
+    }
+
+    #[test]
+    fn a_long_tail_after_a_heavy_entry_stays_reachable() {
+        let mut weights = vec![1e-8; 1_000_000];
+        weights[0] = 1.0;
+        let table = DiscreteCdf::new(&weights).unwrap();
+        let tail = 1.0 - table.mass(0);
+        assert!((tail / (999_999.0 * 1e-8 / (1.0 + 999_999.0 * 1e-8)) - 1.0).abs() < 1e-6, "{tail}");
+        assert!((1..weights.len()).all(|i| table.mass(i) > 0.0));
+    }
+
+    #[test]
+    fn bad_weights_are_named() {
+        assert_eq!(DiscreteCdf::new(&[]), Err(Error::NoWeights));
+        assert_eq!(DiscreteCdf::new(&[0.0; 3]), Err(Error::AllZero { count: 3 }));
+        assert_eq!(DiscreteCdf::new(&[1.0, -2.0]), Err(Error::Weight { index: 1, value: -2.0 }));
+        assert!(matches!(DiscreteCdf::new(&[f64::NAN]), Err(Error::Weight { index: 0, .. })));
+        assert!(matches!(DiscreteCdf::new(&[1.0, f64::INFINITY]), Err(Error::Weight { index: 1, .. })));
+    }
+}

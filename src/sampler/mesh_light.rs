@@ -1,0 +1,317 @@
+//! A mesh light: triangle selection by area, the barycentric warp, and the conversion to solid angle.
+//!
+//! A triangle is selected by inversion of the area CDF ([`DiscreteCdf`]), a point on it by the barycentric warp ([`TriangleWarp`]), so the density is
+//! mass(i) / area(i) per area: 1 / total area, up to the resolution of the table that is searched. Seen from x it is converted per
+//! solid angle ([`View`]). One-sided triangles emit on the side from which their vertices are counter-clockwise; from the other side, and edge-on, the
+//! sample is rejected.
+//!
+//! Two densities per solid angle exist, and mixing them up is a classic mistake:
+//! - of a *point* that was sampled: [`LightSample::density`], of that triangle alone. It is what an estimator needs whose shadow ray must
+//!   reach that very triangle.
+//! - of a *direction*: a sampler that ignores visibility can generate the same direction through several triangles, so
+//!   [`SeenFrom`] sums over every emissive hit along the ray. It is what integrates to 1 (less the rejected mass) over directions.
+
+use super::{DiscreteCdf, Error, Sample, Sampler, TriangleWarp, View};
+use crate::domain::{MeshSurface, Sphere, SurfacePoint};
+use crate::random::to_f32;
+use glam::{DVec3, Vec2, Vec3};
+
+/// Which sides of a triangle emit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sides {
+    /// The side from which the vertices are counter-clockwise.
+    #[default]
+    Front,
+    /// Both.
+    Both,
+}
+
+#[derive(Clone, Debug)]
+struct Emitter {
+    vertices: [Vec3; 3],
+    normal: Vec3,
+    area: f64,
+    sides: Sides,
+}
+
+/// Triangles that emit, sampled uniformly by area.
+///
+/// ```
+/// use glam::Vec3;
+/// use warpcheck::sampler::{MeshLight, Sides};
+/// let quad = [[0, 1, 2], [0, 2, 3]].map(|t| t.map(|i: usize| {
+///     [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y][i]
+/// }));
+/// let light = MeshLight::new(&quad, Sides::Front)?;
+/// assert_eq!(light.area(), 1.0);
+/// let from = Vec3::new(0.5, 0.5, 1.0);
+/// let seen = light.sample_from(from, [0.3, 0.5, 0.5]).unwrap();
+/// assert!(seen.density >= 1.0 && seen.triangle == 0);
+/// assert!(light.sample_from(-from, [0.3, 0.5, 0.5]).is_none()); // from behind
+/// # Ok::<(), warpcheck::sampler::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct MeshLight {
+    emitters: Vec<Emitter>,
+    table: DiscreteCdf,
+    warp: TriangleWarp,
+    area: f64,
+}
+
+/// A point on a mesh light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceSample {
+    /// The point.
+    pub point: Vec3,
+    /// The unit normal of its triangle.
+    pub normal: Vec3,
+    /// Which triangle.
+    pub triangle: usize,
+    /// Barycentric coordinates (b0, b1, b2).
+    pub barycentric: Vec3,
+    /// Density per area.
+    pub density: f32,
+}
+
+/// A point on a mesh light, as seen from a point that it lights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightSample {
+    /// The point.
+    pub point: Vec3,
+    /// Which triangle.
+    pub triangle: usize,
+    /// Unit vector towards it.
+    pub direction: Vec3,
+    /// Distance to it.
+    pub distance: f32,
+    /// Density per solid angle with which this point of this triangle was drawn.
+    pub density: f32,
+}
+
+impl MeshLight {
+    /// A light of these triangles, all emitting on these sides. Degenerate triangles are never returned.
+    ///
+    /// # Errors
+    /// Without triangles or area, or if a vertex is not finite.
+    pub fn new(triangles: &[[Vec3; 3]], sides: Sides) -> Result<Self, Error> {
+        Self::with_sides(triangles.iter().map(|&t| (t, sides)))
+    }
+
+    /// A light of triangles each of which says on which sides it emits.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_sides(triangles: impl IntoIterator<Item = ([Vec3; 3], Sides)>) -> Result<Self, Error> {
+        let mut emitters = Vec::new();
+        for (triangle, (vertices, sides)) in triangles.into_iter().enumerate() {
+            if let Some(&vertex) = vertices.iter().find(|v| !v.is_finite()) {
+                return Err(Error::Vertex { triangle, vertex });
+            }
+            let [a, b, c] = vertices.map(|v| v.as_dvec3());
+            let cross = (b - a).cross(c - a);
+            let normal = cross.normalize_or_zero().as_vec3();
+            let area = if normal == Vec3::ZERO { 0.0 } else { 0.5 * cross.length() };
+            emitters.push(Emitter { vertices, normal, area, sides });
+        }
+        let areas: Vec<f64> = emitters.iter().map(|e| e.area).collect();
+        let table = DiscreteCdf::new(&areas).map_err(|error| match error {
+            Error::AllZero { count } => Error::NoArea { triangles: count },
+            other => other,
+        })?;
+        Ok(Self { area: areas.iter().sum(), emitters, table, warp: TriangleWarp::default() })
+    }
+
+    /// The same light with another warp.
+    pub fn with_warp(self, warp: TriangleWarp) -> Self {
+        Self { warp, ..self }
+    }
+
+    /// Total area.
+    pub fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// Number of triangles.
+    pub fn len(&self) -> usize {
+        self.emitters.len()
+    }
+
+    /// Never true: a light without triangles cannot be made.
+    pub fn is_empty(&self) -> bool {
+        self.emitters.is_empty()
+    }
+
+    /// Density per area on a triangle, as the table that is searched has it.
+    #[inline]
+    pub fn density_on(&self, triangle: usize) -> f64 {
+        match self.emitters.get(triangle) {
+            Some(emitter) if emitter.area > 0.0 => self.table.mass(triangle) / emitter.area,
+            _ => 0.0,
+        }
+    }
+
+    /// A point on the light for variates in `[0, 1)`: one for the triangle, two for the warp.
+    #[inline]
+    pub fn sample_surface(&self, xi: [f64; 3]) -> SurfaceSample {
+        let choice = self.table.choose(xi[0]);
+        let emitter = &self.emitters[choice.index];
+        let b = self.warp.barycentric(Vec2::new(to_f32(xi[1]), to_f32(xi[2])));
+        let [v0, v1, v2] = emitter.vertices;
+        SurfaceSample {
+            point: b.x * v0 + b.y * v1 + b.z * v2,
+            normal: emitter.normal,
+            triangle: choice.index,
+            barycentric: b,
+            density: (choice.mass / emitter.area) as f32,
+        }
+    }
+
+    /// A point on the light as seen from `x`, for variates in `[0, 1)`; `None` where the point turns its dark side to `x`, is seen
+    /// edge-on, or is `x` itself.
+    #[inline]
+    pub fn sample_from(&self, x: Vec3, xi: [f64; 3]) -> Option<LightSample> {
+        let s = self.sample_surface(xi);
+        let view = self.view(x, &s)?;
+        let density = view.per_solid_angle(f64::from(s.density)) as f32;
+        (density > 0.0).then(|| LightSample {
+            point: s.point,
+            triangle: s.triangle,
+            direction: view.direction.as_vec3(),
+            distance: view.distance_squared.sqrt() as f32,
+            density,
+        })
+    }
+
+    /// Density per solid angle, as seen from `x`, of the point `y` of a triangle: what [`sample_from`](Self::sample_from) gives if it
+    /// draws that point. 0 from the dark side.
+    #[inline]
+    pub fn density_from(&self, x: Vec3, y: Vec3, triangle: usize) -> f32 {
+        let Some(emitter) = self.emitters.get(triangle) else { return 0.0 };
+        let view = View::new(x, y, emitter.normal).map(|v| emitter.seen(v));
+        view.map_or(0.0, |v| v.per_solid_angle(self.density_on(triangle)) as f32)
+    }
+
+    fn view(&self, x: Vec3, s: &SurfaceSample) -> Option<View> {
+        Some(self.emitters[s.triangle].seen(View::new(x, s.point, s.normal)?))
+    }
+
+    /// The sampler of directions towards this light from `x`.
+    pub fn seen_from(&self, x: Vec3) -> SeenFrom<'_> {
+        let origin = x.as_dvec3();
+        let cones = self.emitters.iter().map(|e| Cone::new(e, origin)).collect();
+        SeenFrom { light: self, x, cones }
+    }
+}
+
+impl Emitter {
+    fn seen(&self, view: View) -> View {
+        match self.sides {
+            Sides::Front => view,
+            Sides::Both => view.two_sided(),
+        }
+    }
+}
+
+/// A [`MeshLight`] on its own surface, per area.
+impl Sampler for MeshLight {
+    type Domain = MeshSurface;
+
+    fn domain(&self) -> MeshSurface {
+        MeshSurface::from_areas(self.emitters.iter().map(|e| e.area).collect::<Vec<_>>())
+    }
+
+    fn dimensions(&self) -> usize {
+        3
+    }
+
+    fn sample(&self, xi: &[f64]) -> Option<Sample<SurfacePoint>> {
+        let s = self.sample_surface([xi[0], xi[1], xi[2]]);
+        let point = SurfacePoint { triangle: s.triangle, barycentric: s.barycentric.as_dvec3() };
+        Some(Sample { point, density: f64::from(s.density) })
+    }
+
+    fn density(&self, point: &SurfacePoint) -> f64 {
+        self.density_on(point.triangle)
+    }
+
+    fn invert(&self, point: &SurfacePoint) -> Option<Vec<f64>> {
+        if self.density_on(point.triangle) == 0.0 {
+            return None;
+        }
+        let xi = self.warp.invert(point.barycentric.as_vec3());
+        Some(vec![self.table.variate(point.triangle, 0.5), f64::from(xi.x), f64::from(xi.y)])
+    }
+}
+
+/// A mesh light as the directions in which a point sees it, per solid angle.
+///
+/// Its density sums over every emissive hit along the ray, hidden ones included, since the sampler ignores visibility. A query visits
+/// every triangle: it is for checks, a renderer asks [`MeshLight::density_from`] about the hit that its own rays found.
+#[derive(Clone, Debug)]
+pub struct SeenFrom<'a> {
+    light: &'a MeshLight,
+    x: Vec3,
+    cones: Vec<Cone>,
+}
+
+/// The cone of directions from a point through a triangle: three planes through the point, which two neighbours share to the bit, so that
+/// no direction slips between them.
+#[derive(Clone, Copy, Debug)]
+struct Cone {
+    edges: [DVec3; 3],
+    normal: DVec3,
+    /// n . (v0 - x), the signed distance of the triangle's plane.
+    plane: f64,
+}
+
+impl Cone {
+    fn new(emitter: &Emitter, origin: DVec3) -> Self {
+        let [a, b, c] = emitter.vertices.map(|v| v.as_dvec3() - origin);
+        let normal = emitter.normal.as_dvec3();
+        Self { edges: [a.cross(b), b.cross(c), c.cross(a)], normal, plane: normal.dot(a) }
+    }
+
+    /// Squared distance over cosine along `w`, if `w` passes through the triangle.
+    fn hit(&self, w: DVec3, sides: Sides) -> Option<f64> {
+        // Facing: the front is seen where the plane lies behind along its normal.
+        let facing = self.plane < 0.0;
+        if self.plane == 0.0 || (!facing && sides == Sides::Front) {
+            return None;
+        }
+        let side = if facing { -1.0 } else { 1.0 };
+        if self.edges.iter().any(|e| side * e.dot(w) < 0.0) {
+            return None;
+        }
+        let cosine = self.normal.dot(w);
+        let distance = self.plane / cosine;
+        (distance > 0.0).then(|| distance * distance / cosine.abs())
+    }
+}
+
+impl Sampler for SeenFrom<'_> {
+    type Domain = Sphere;
+
+    fn domain(&self) -> Sphere {
+        Sphere
+    }
+
+    fn dimensions(&self) -> usize {
+        3
+    }
+
+    fn sample(&self, xi: &[f64]) -> Option<Sample<DVec3>> {
+        let seen = self.light.sample_from(self.x, [xi[0], xi[1], xi[2]])?;
+        let point = seen.direction.as_dvec3();
+        Some(Sample { point, density: self.density(&point) })
+    }
+
+    fn density(&self, w: &DVec3) -> f64 {
+        let mut density = 0.0;
+        for (triangle, cone) in self.cones.iter().enumerate() {
+            if let Some(factor) = cone.hit(*w, self.light.emitters[triangle].sides) {
+                density += self.light.density_on(triangle) * factor;
+            }
+        }
+        density
+    }
+}
