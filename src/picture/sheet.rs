@@ -168,7 +168,8 @@ impl Sheet {
                 }
                 if let Some(legend) = &tile.legend {
                     page.bottom += NEAR;
-                    page.below(legend.draw(cell, text), x);
+                    let long = canvas.width().max(cell / 2);
+                    page.below(legend.draw(long, text), x + (cell - long) / 2);
                 }
                 bottom = bottom.max(page.bottom);
             }
