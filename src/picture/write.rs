@@ -1,0 +1,73 @@
+//! Writing pictures, each whole or not at all, the same bytes for the same picture.
+
+use std::io::{self, Cursor};
+use std::path::Path;
+
+use ::exr::prelude::{
+    AnyChannel, AnyChannels, Compression as ExrCompression, Encoding, FlatSamples, Image, SmallVec, Text,
+    WritableImage,
+};
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
+
+use super::{Canvas, Error, Picture, Planes, write_atomically};
+
+/// How an OpenEXR file is packed; neither loses a bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compression {
+    /// Not at all.
+    None,
+    /// ZIP over blocks of 16 rows.
+    #[default]
+    Zip,
+}
+
+/// Writes an 8-bit RGB PNG. A [`Picture`] becomes a canvas by a [`Tone`](super::Tone).
+///
+/// # Errors
+/// [`Error::Write`], naming the path; nothing is left behind then.
+pub fn write_png(path: impl AsRef<Path>, canvas: &Canvas) -> Result<(), Error> {
+    let path = path.as_ref();
+    let side = |n: usize| u32::try_from(n).map_err(|error| Error::write(path, io::Error::other(error)));
+    let (width, height) = (side(canvas.width())?, side(canvas.height())?);
+    write_atomically(path, |out| {
+        PngEncoder::new(out)
+            .write_image(canvas.pixels().as_flattened(), width, height, ExtendedColorType::Rgb8)
+            .map_err(io::Error::other)
+    })
+}
+
+/// Writes linear RGB as an OpenEXR file with 32-bit floats, bit for bit, ZIP-compressed.
+///
+/// # Errors
+/// [`Error::Write`], naming the path; nothing is left behind then.
+pub fn write_exr(path: impl AsRef<Path>, picture: &Picture) -> Result<(), Error> {
+    write_planes(path, &picture.into(), Compression::Zip)
+}
+
+/// Writes named planes as an OpenEXR file with 32-bit floats, bit for bit.
+///
+/// # Errors
+/// [`Error::Write`], naming the path; nothing is left behind then.
+pub fn write_planes(path: impl AsRef<Path>, planes: &Planes, compression: Compression) -> Result<(), Error> {
+    write_atomically(path, |out| {
+        let channels: SmallVec<[_; 4]> = planes
+            .names()
+            .map(|name| {
+                let values = planes.get(name).expect("its own name").to_vec();
+                AnyChannel::new(Text::from(name), FlatSamples::F32(values))
+            })
+            .collect();
+        let packed = match compression {
+            Compression::None => ExrCompression::Uncompressed,
+            Compression::Zip => ExrCompression::ZIP16,
+        };
+        let encoding = Encoding { compression: packed, ..Encoding::UNCOMPRESSED };
+        let size = (planes.width(), planes.height());
+        let image = Image::from_encoded_channels(size, encoding, AnyChannels::sort(channels));
+        // In memory first: the format goes back to fill in its table of blocks.
+        let mut bytes = Cursor::new(Vec::new());
+        image.write().non_parallel().to_buffered(&mut bytes).map_err(io::Error::other)?;
+        out.write_all(bytes.get_ref())
+    })
+}
