@@ -1,0 +1,279 @@
+#!/usr/bin/env python3
+"""Tables of many digits that tests/statistics.rs compares with: data/oracle/*.csv.
+
+    pip install mpmath gmpy2 python-flint numpy && python scripts/oracle_statistics.py
+
+Wherever it can be, the way is another than the crate's: plain sums of positive terms at 400 digits, the other tail as
+their complement, exact matrix powers in ball arithmetic, and for Anderson-Darling at finite n a simulation. Arguments
+are read as the f64 that the decimal number stands for. A tail below the smallest f64 is given by its logarithm.
+"""
+import random
+from pathlib import Path
+
+import flint
+import mpmath as mp
+import numpy as np
+from mpmath import mpf
+
+OUT = Path(__file__).resolve().parent.parent / "data" / "oracle"
+mp.mp.dps = 400
+random.seed(20261123)
+
+
+def write(name, header, rows):
+    OUT.mkdir(parents=True, exist_ok=True)
+    text = [",".join(v if isinstance(v, str) else repr(v) for v in row) for row in rows]
+    (OUT / f"{name}.csv").write_text(header + "\n" + "\n".join(text) + "\n")
+    print(name, len(rows), flush=True)
+
+
+def digits(x):
+    return mp.nstr(x, 20, min_fixed=0, max_fixed=0)
+
+
+def gamma_lower(a, x):
+    """P(a, x) by its power series."""
+    a, x = mpf(a), mpf(x)
+    term = total = mp.exp(a * mp.log(x) - x - mp.loggamma(a + 1))
+    n = a
+    while True:
+        n += 1
+        term *= x / n
+        total += term
+        if n > x and term < total * mpf(10) ** -395:
+            return total
+
+
+def log_uniform(low, high):
+    return float(f"{10 ** random.uniform(np.log10(low), np.log10(high)):.4g}")
+
+
+def chi_square():
+    rows = []
+    for df in [0.1, 0.5, 1, 2, 3, 7.5, 10, 31, 100, 1000, 12345, 1e5, 250001, 1e6]:
+        for z in [-30, -8, -4, -2, -1, -0.3, 0, 0.01, 0.3, 1, 2, 4, 8, 16, 36]:
+            h = 2 / (9 * df)
+            root = 1 - h + z * h**0.5
+            x = float(f"{df * root**3:.15g}") if root > 0.02 else df * 10.0 ** (z / 2)
+            x = float(f"{x:.15g}")
+            p = gamma_lower(mpf(df) / 2, mpf(x) / 2)
+            rows.append((float(df), x, digits(1 - p), digits(p)))
+    write("chi_square", "df,x,sf,cdf", rows)
+
+
+def poisson():
+    rows = []
+    for mean in [1e-9, 0.3, 1, 4.5, 30, 1000, 123456.7, 1e6, 1e8]:
+        for z in [-30, -6, -2, -0.5, 0, 0.5, 2, 6, 30]:
+            k = int(max(1, round(mean + z * mean**0.5 + (z > 0) * z * z / 6)))
+            if mean >= 1e8 and abs(z) > 6:
+                continue
+            with mp.workdps(340 if abs(z) > 6 else 60):
+                below = gamma_lower_fast(k, mpf(mean))
+                rows.append((k, mean, digits(below), digits(1 - below)))
+    write("poisson", "k,mean,upper,below", rows)
+
+
+def gamma_lower_fast(a, x):
+    """As gamma_lower, to the working precision."""
+    a, x = mpf(a), mpf(x)
+    with mp.workdps(mp.mp.dps + 15):
+        term = total = mp.exp(a * mp.log(x) - x - mp.loggamma(a + 1))
+    n, eps = a, mpf(10) ** -(mp.mp.dps + 2)
+    while True:
+        n += 1
+        term *= x / n
+        total += term
+        if n > x and term < total * eps:
+            return total
+
+
+def noncentral():
+    rows = []
+    mp.mp.dps = 50
+    for df in [0.5, 1, 3, 20, 99, 1000, 30000, 1e6]:
+        for lam in [0.01, 1, 12.5, 300, 2e4, 1e6]:
+            for z in [-4, -1, 0, 1, 4]:
+                x = float(f"{max(df + lam + z * (2 * (df + 2 * lam)) ** 0.5, 0.1 * df):.10g}")
+                half, y, a = mpf(lam) / 2, mpf(x) / 2, mpf(df) / 2
+                j = int(max(0, half - 14 * mp.sqrt(half) - 30))
+                end = int(half + 14 * mp.sqrt(half) + 60)
+                weight = mp.exp(j * mp.log(half) - half - mp.loggamma(j + 1))
+                cdf = mpf(0)
+                # From the top down, so that only positive terms are added.
+                j, a_top = end, a + end
+                weight = mp.exp(j * mp.log(half) - half - mp.loggamma(j + 1))
+                p = gamma_lower_fast(a_top, y)
+                kernel = mp.exp(a_top * mp.log(y) - y - mp.loggamma(a_top + 1))
+                low = int(max(0, half - 14 * mp.sqrt(half) - 30))
+                while True:
+                    cdf += weight * p
+                    if j == low:
+                        break
+                    kernel *= (a + j) / y
+                    p += kernel
+                    weight *= j / half
+                    j -= 1
+                rows.append((float(df), float(lam), x, digits(1 - cdf), digits(cdf)))
+    write("noncentral_chi_square", "df,lambda,x,sf,cdf", rows)
+    # lambda for a given power at df = 1 has a closed form to check the search with: two normal tails.
+    mp.mp.dps = 400
+
+
+def binomial():
+    rows = []
+    cases = [(n, p) for n in [1, 10, 64, 1000, 10**5, 10**6, 10**7] for p in [1e-9, 1e-3, 0.1, 0.5, 0.7, 0.999]]
+    cases += [(10**8, 1e-8), (10**8, 0.5), (10**9, 1e-5), (10**9, 0.25), (10**10, 1e-10), (10**10, 1e-4), (10**10, 0.5)]
+    mp.mp.dps = 40
+    for n, p in cases:
+        sd = (n * p * (1 - p)) ** 0.5
+        chosen = set()
+        for z in [-35, -10, -3, -0.5, 0, 0.5, 3, 10, 35] if sd < 2000 else [-10, -0.3, 0, 0.3, 3, 30]:
+            k = int(min(n, max(0, round(n * p + z * sd + (0 if z < 0 else z * 0.3)))))
+            if k in chosen:
+                continue
+            chosen.add(k)
+            P = mpf(p)
+            Q = 1 - P
+            first = mp.exp(mp.loggamma(n + 1) - mp.loggamma(k + 1) - mp.loggamma(n - k + 1) + (k * mp.log(P) + (n - k) * mp.log(Q)))
+
+            def run(j, term, up):
+                total, ratio = mpf(0), P / Q if up else Q / P
+                while term > total * mpf(10) ** -24 and 0 <= j <= n:
+                    total += term
+                    if up:
+                        term = term * (n - j) / (j + 1) * ratio
+                        j += 1
+                    else:
+                        term = term * j / (n - j + 1) * ratio
+                        j -= 1
+                return total
+
+            with mp.workdps(60):
+                first = mp.exp(mp.loggamma(n + 1) - mp.loggamma(k + 1) - mp.loggamma(n - k + 1) + (k * mp.log(P) + (n - k) * mp.log(1 - P)))
+            if k >= n * p:
+                upper = run(k, first, True)
+                lower = 1 - upper + first
+            else:
+                lower = run(k, first, False)
+                upper = 1 - lower + first
+            rows.append((k, n, p, digits(upper), digits(lower)))
+    write("binomial", "k,n,p,upper,lower", rows)
+    mp.mp.dps = 400
+
+
+def student_t():
+    rows = []
+    for df in [0.5, 1, 2, 3, 10, 30.5, 100, 1e4, 123456.5, 1e6, 1e8, 1e10, 1e13]:
+        for t in [0.001, 0.3, 0.9, 1.2, 1.7, 2.5, 5, 10, 30]:
+            a, T = mpf(df) / 2, mpf(t)
+            y = T * T / (mpf(df) + T * T)
+            # I_y(1/2, a) = y^(1/2) (1-y)^a / (B/2) * sum (a + 1/2)_n / (3/2)_n y^n
+            term = total = 2 * mp.sqrt(y) * (1 - y) ** a * mp.exp(mp.loggamma(a + 0.5) - mp.loggamma(a) - mp.loggamma(mpf(0.5)))
+            n = 0
+            with mp.workdps(60 if df < 3 else 400):
+                if df < 3:
+                    sf = mp.betainc(a, 0.5, 0, 1 - y, regularized=True) / 2
+                else:
+                    while term > mpf(10) ** -390:
+                        term *= (a + 0.5 + n) / (mpf(1.5) + n) * y
+                        total += term
+                        n += 1
+                    sf = (1 - total) / 2
+            rows.append((float(t), float(df), digits(sf)))
+    write("student_t", "t,df,sf", rows)
+
+
+def normal():
+    rows = []
+    for z in [-37, -10, -3, -1, -0.1, 0, 1e-8, 0.01, 0.5, 1, 1.5, 1.73, 1.7325, 2, 3, 5, 8, 13, 21, 30, 37, 100, 1e4, 1e8]:
+        with mp.workdps(400):
+            sf = mp.erfc(mpf(z) / mp.sqrt(2)) / 2
+            rows.append((float(z), digits(sf) if sf > mpf(10) ** -307 else "0", digits(mp.log(sf))))
+    write("normal", "z,sf,ln_sf", rows)
+
+
+def durbin(n, d, bits):
+    """P(D < d) as a ball: the matrix power of Marsaglia, Tsang and Wang at `bits` bits."""
+    flint.ctx.prec = bits
+    t = flint.arb(d) * n
+    k = int(n * mpf(d)) + 1
+    m = 2 * k - 1
+    h = flint.arb(k) - t
+    H = [[flint.arb(1 if i - j + 1 >= 0 else 0) for j in range(m)] for i in range(m)]
+    for i in range(m):
+        H[i][0] -= h ** (i + 1)
+        H[m - 1][i] -= h ** (m - i)
+    if 2 * h > 1:
+        H[m - 1][0] += (2 * h - 1) ** m
+    fac = [flint.arb(1)]
+    for i in range(1, m + 1):
+        fac.append(fac[-1] * i)
+    for i in range(m):
+        for j in range(min(m, i + 2)):
+            H[i][j] /= fac[i - j + 1]
+    power, result, e = flint.arb_mat(H), None, n
+    while e:
+        if e & 1:
+            result = power if result is None else result * power
+        e >>= 1
+        if e:
+            power = power * power
+    return result[k - 1, k - 1] * flint.arb(n + 1).gamma() / flint.arb(n) ** n
+
+
+def kolmogorov():
+    rows = []
+    for n in [1, 2, 3, 5, 10, 37, 100, 140, 500, 1000, 1001, 2000, 5000]:
+        for z in [0.3, 0.5, 0.8, 1.2, 1.6, 1.95, 2.05, 3, 6, 12]:
+            d = float(f"{z / n**0.5:.12g}")
+            if d >= 1 or n * d <= 0.5 or n * d > 140:
+                continue
+            bits, sf = 400, None
+            while sf is None or sf.rel_accuracy_bits() < 60:
+                sf = 1 - durbin(n, d, bits)
+                bits *= 2
+            rows.append((d, n, sf.str(20, radius=False).replace(" ", "")))
+    write("kolmogorov", "d,n,sf", rows)
+
+
+def anderson_darling():
+    """Limiting distribution: Anderson and Darling 1952, eq. 4.35, as in Marsaglia and Marsaglia 2004."""
+    rows = []
+    for z in [0.03, 0.1, 0.2, 0.5, 0.8, 1, 1.5, 2.5, 4, 6, 10, 20, 50, 100, 300]:
+        mp.mp.dps = int(40 + z)
+        Z, total, j = mpf(z), mpf(0), 0
+        while True:
+            c = (4 * j + 1) ** 2 * mp.pi**2 / (8 * Z)
+            width = 1 / mp.sqrt(c)
+            integral = mp.quad(lambda w: mp.exp(Z / (8 * (w * w + 1)) - c * w * w), mp.linspace(0, width * mp.sqrt(3 * mp.mp.dps), 13))
+            term = (-1) ** j * mp.gamma(j + 0.5) * (4 * j + 1) / (mp.factorial(j) * mp.gamma(0.5)) * mp.exp(-c) * integral
+            total += term
+            j += 1
+            if abs(term) < mpf(10) ** -(mp.mp.dps - 5):
+                break
+        rows.append((float(z), digits(1 - mp.sqrt(2 * mp.pi) / Z * total)))
+    mp.mp.dps = 400
+    write("anderson_darling_limit", "z,sf", rows)
+
+    rows = []
+    rng = np.random.Generator(np.random.PCG64(20261123))
+    for n, total in [(2, 4_000_000), (4, 10_000_000), (8, 8_000_000), (16, 4_000_000), (64, 1_000_000)]:
+        zs = np.array([0.3, 0.5, 0.8, 1.2, 2.0, 3.0, 4.5, 6.5])
+        hits = np.zeros(len(zs), dtype=np.int64)
+        block = 200_000
+        for _ in range(total // block):
+            u = np.sort(rng.random((block, n)), axis=1)
+            i = np.arange(1, n + 1)
+            a2 = -n - ((2 * i - 1) / n * (np.log(u) + np.log1p(-u[:, ::-1]))).sum(axis=1)
+            hits += (a2[:, None] >= zs).sum(axis=0)
+        rows += [(float(z), n, int(h), total) for z, h in zip(zs, hits)]
+    write("anderson_darling_simulated", "z,n,hits,trials", rows)
+
+
+if __name__ == "__main__":
+    import sys
+
+    for table in [normal, chi_square, student_t, poisson, noncentral, binomial, anderson_darling, kolmogorov]:
+        if len(sys.argv) < 2 or table.__name__ in sys.argv[1:]:
+            table()
