@@ -12,6 +12,8 @@ mod parallel;
 pub mod picture;
 pub mod random;
 pub mod report;
+
+pub use verify::verify;
 pub mod sampler;
 #[cfg(feature = "render")]
 pub mod scene;

@@ -95,6 +95,14 @@ impl Domain for Sphere {
         Some(Location { patch: 0, at: [y, x] })
     }
 
+    fn picture_position(&self, location: &Location) -> [f64; 2] {
+        [location.at[1], location.at[0]]
+    }
+
+    fn picture_scale(&self, _: f64, y: f64) -> f64 {
+        PI * TAU * (PI * y).sin()
+    }
+
     fn picture_caption(&self) -> &'static str {
         "lat-long: phi 0..360 deg to the right, theta 0 (+Z) at the top to 180 deg"
     }
@@ -152,6 +160,17 @@ impl Domain for Hemisphere {
             let phi = py.atan2(px).rem_euclid(TAU);
             Location { patch: 0, at: [(theta / FRAC_PI_2).min(1.0), phi / TAU] }
         })
+    }
+
+    fn picture_position(&self, location: &Location) -> [f64; 2] {
+        let r = std::f64::consts::SQRT_2 * (0.5 * location.at[0] * FRAC_PI_2).sin();
+        let (sin, cos) = (location.at[1] * TAU).sin_cos();
+        [0.5 + 0.5 * r * cos, 0.5 - 0.5 * r * sin]
+    }
+
+    /// The disk covers pi / 4 of the picture.
+    fn picture_scale(&self, _: f64, _: f64) -> f64 {
+        8.0
     }
 
     fn picture_caption(&self) -> &'static str {

@@ -80,6 +80,14 @@ impl Domain for Discrete {
         Some(Location { patch: ((x * self.len as f64) as usize).min(self.len - 1), at: [0.0; 2] })
     }
 
+    fn picture_position(&self, location: &Location) -> [f64; 2] {
+        [(location.patch as f64 + 0.5) / self.len as f64, 0.5]
+    }
+
+    fn picture_scale(&self, _: f64, _: f64) -> f64 {
+        self.len as f64
+    }
+
     fn picture_caption(&self) -> &'static str {
         "entries in order of index, left to right"
     }

@@ -105,6 +105,14 @@ impl Domain for Interval {
         Some(Location { patch: 0, at: [x, 0.0] })
     }
 
+    fn picture_position(&self, location: &Location) -> [f64; 2] {
+        [location.at[0], 0.5]
+    }
+
+    fn picture_scale(&self, x: f64, _: f64) -> f64 {
+        self.point(0, [x, 0.0]).1
+    }
+
     fn picture_caption(&self) -> &'static str {
         "the interval from low to high (an infinite end drawn in)"
     }
@@ -147,6 +155,14 @@ impl Domain for Square {
 
     fn picture_location(&self, x: f64, y: f64) -> Option<Location> {
         Some(Location { patch: 0, at: [x, 1.0 - y] })
+    }
+
+    fn picture_position(&self, location: &Location) -> [f64; 2] {
+        [location.at[0], 1.0 - location.at[1]]
+    }
+
+    fn picture_scale(&self, _: f64, _: f64) -> f64 {
+        1.0
     }
 
     fn picture_caption(&self) -> &'static str {
@@ -201,6 +217,15 @@ impl Domain for Disk {
 
     fn picture_location(&self, x: f64, y: f64) -> Option<Location> {
         self.locate(&DVec2::new(2.0 * x - 1.0, 1.0 - 2.0 * y)).ok()
+    }
+
+    fn picture_position(&self, location: &Location) -> [f64; 2] {
+        let p = self.point(0, location.at).0;
+        [0.5 + 0.5 * p.x, 0.5 - 0.5 * p.y]
+    }
+
+    fn picture_scale(&self, _: f64, _: f64) -> f64 {
+        4.0
     }
 
     fn picture_caption(&self) -> &'static str {

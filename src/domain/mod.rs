@@ -116,6 +116,88 @@ pub trait Domain: Clone + Send + Sync + 'static {
     /// What the point (x, y) of a picture, both in `[0, 1]` and y growing downwards, shows; `None` for background.
     fn picture_location(&self, x: f64, y: f64) -> Option<Location>;
 
+    /// Where in the picture a location is drawn; the inverse of [`picture_location`](Self::picture_location).
+    fn picture_position(&self, location: &Location) -> [f64; 2];
+
+    /// d measure / d picture area at a place of the picture: what turns a histogram of pixels into a density.
+    fn picture_scale(&self, x: f64, y: f64) -> f64;
+
     /// What the axes of the picture are, for its caption.
     fn picture_caption(&self) -> &'static str;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Charts, pictures and measures of one domain fit together.
+    fn fits<D: Domain>(domain: D) {
+        let grid = [0.013, 0.29, 0.5, 0.77, 0.96];
+        for patch in [0, domain.patches() / 2, domain.patches() - 1] {
+            for (a, b) in grid.into_iter().flat_map(|a| grid.map(|b| (a, b))) {
+                let at =
+                    if domain.axes() == 0 { [0.0; 2] } else { [a, if domain.axes() == 2 { b } else { 0.0 }] };
+                let (point, jacobian) = domain.point(patch, at);
+                assert!(jacobian > 0.0);
+                let found = domain.locate(&point).unwrap_or_else(|why| panic!("{point:?} {why}"));
+                assert_eq!(found.patch, patch);
+                for axis in 0..2 {
+                    assert!((found.at[axis] - at[axis]).abs() < 1e-12, "{} {at:?} {found:?}", domain.name());
+                }
+                let [x, y] = domain.picture_position(&found);
+                let drawn = domain.picture_location(x, y).expect("a location is drawn inside the picture");
+                assert_eq!(drawn.patch, patch);
+                for axis in 0..domain.axes() {
+                    assert!((drawn.at[axis] - at[axis]).abs() < 1e-7, "{} {at:?} {drawn:?}", domain.name());
+                }
+            }
+        }
+        if domain.measure().is_finite() {
+            let whole =
+                Integrator::default().integrate(&domain, &Cell::whole(&domain), &Knots::default(), |_| 1.0);
+            assert!((whole.value / domain.measure() - 1.0).abs() < 1e-9, "{}: {whole:?}", domain.name());
+            // The picture shows the whole measure.
+            let n = 600;
+            let mut shown = 0.0;
+            for i in 0..n * n {
+                let (x, y) = (((i % n) as f64 + 0.5) / n as f64, ((i / n) as f64 + 0.5) / n as f64);
+                if domain.picture_location(x, y).is_some() {
+                    shown += domain.picture_scale(x, y) / (n * n) as f64;
+                }
+            }
+            assert!((shown / domain.measure() - 1.0).abs() < 0.005, "{}: {shown}", domain.name());
+        }
+    }
+
+    #[test]
+    fn charts_and_pictures_fit() {
+        fits(Sphere);
+        fits(Hemisphere);
+        fits(Square);
+        fits(Disk);
+        fits(Discrete::new(7));
+        fits(Triangle::with_area(2.5));
+        fits(MeshSurface::from_areas(vec![1.0, 2.0, 0.5, 3.0]));
+        fits(Interval::new(-1.0, 3.0));
+        fits(Interval::real_line());
+        fits(Interval::positive());
+        fits(Interval::new(f64::NEG_INFINITY, 2.0));
+    }
+
+    #[test]
+    fn quadrature_states_its_error() {
+        let integrator = Integrator { max_evaluations: 400_000, ..Integrator::default() };
+        // A Gaussian a hundredth wide, a step, a singularity: the error is real.
+        let cases: [(&str, fn(f64) -> f64, f64); 3] = [
+            ("peak", |x| (-((x - 0.3) / 1e-2).powi(2)).exp(), 1e-2 * std::f64::consts::PI.sqrt()),
+            ("step", |x| if x < 1.0 / 3.0 { 1.0 } else { 0.0 }, 1.0 / 3.0),
+            ("singular", |x| 0.5 / x.sqrt(), 1.0),
+        ];
+        for (name, f, truth) in cases {
+            let domain = Interval::new(0.0, 1.0);
+            let i = integrator.integrate(&domain, &Cell::whole(&domain), &Knots::default(), |x| f(*x));
+            assert!((i.value - truth).abs() <= 2.0 * i.error.max(1e-12), "{name}: {i:?}, truth {truth}");
+            assert!(i.error < 1e-5 * truth, "{name}: {i:?}");
+        }
+    }
 }

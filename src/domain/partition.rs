@@ -34,6 +34,17 @@ pub struct Knots {
 }
 
 impl Knots {
+    /// Both sets of lines.
+    pub fn merged(&self, other: &Self) -> Self {
+        let merge = |axis: usize| {
+            let mut all = [self.axes[axis].as_slice(), &other.axes[axis]].concat();
+            all.sort_by(f64::total_cmp);
+            all.dedup();
+            all
+        };
+        Self { axes: [merge(0), merge(1)] }
+    }
+
     /// The knots of a density that is smooth on each texel of a `columns` (axis 1) x `rows` (axis 0) grid.
     pub fn grid(rows: usize, columns: usize) -> Self {
         let ticks = |n: usize| (1..n).map(|i| i as f64 / n as f64).collect();
@@ -66,6 +77,8 @@ struct Node {
 pub struct Partition {
     nodes: Vec<Node>,
     leaves: Vec<Cell>,
+    /// The box that each leaf's pilots span, `None` without any or over several patches.
+    pilot_boxes: Vec<Option<[[f64; 2]; 2]>>,
 }
 
 /// A coarser partition: which group each leaf falls into.
@@ -87,7 +100,7 @@ impl Partition {
         knots: &Knots,
         per_leaf: usize,
     ) -> Self {
-        let mut tree = Self { nodes: Vec::new(), leaves: Vec::new() };
+        let mut tree = Self { nodes: Vec::new(), leaves: Vec::new(), pilot_boxes: Vec::new() };
         let root = Node { cell: Cell::whole(domain), children: None, axis: 0, threshold: 0.0, leaves: 0..0 };
         tree.nodes.push(root);
         tree.grow(domain, 0, &mut pilots, knots, per_leaf.max(1), 0);
@@ -111,7 +124,10 @@ impl Partition {
             None
         };
         match split {
-            None => self.leaves.push(cell),
+            None => {
+                self.pilot_boxes.push(if cell.patches.len() == 1 { bounding_box(pilots) } else { None });
+                self.leaves.push(cell);
+            }
             Some((axis, threshold)) => {
                 let below = partition_in_place(pilots, |p| coordinate(p, axis) < threshold);
                 let left = self.nodes.len();
@@ -132,6 +148,25 @@ impl Partition {
     /// The leaf cells; a leaf is named by its index here.
     pub fn leaves(&self) -> &[Cell] {
         &self.leaves
+    }
+
+    /// Where quadrature over a leaf should cut first: at distances from its pilots that double, as far as the leaf is much larger than
+    /// the box that they span. So a cell at the edge of a light or a lobe, nearly all of it empty, is looked at where the mass is.
+    pub fn grading(&self, leaf: usize) -> Knots {
+        let mut cuts = Knots::default();
+        let Some([low, high]) = self.pilot_boxes[leaf] else { return cuts };
+        let cell = &self.leaves[leaf];
+        for axis in 0..2 {
+            let size = cell.high[axis] - cell.low[axis];
+            let step = (high[axis] - low[axis]).max(1e-6 * size);
+            let graded = |room: f64| {
+                let steps = std::iter::successors(Some(step), |d| Some(3.0 * d + step));
+                steps.take_while(move |d| room > 2.0 * step && 1.5 * d < room).collect::<Vec<_>>()
+            };
+            cuts.axes[axis].extend(graded(low[axis] - cell.low[axis]).iter().rev().map(|d| low[axis] - d));
+            cuts.axes[axis].extend(graded(cell.high[axis] - high[axis]).iter().map(|d| high[axis] + d));
+        }
+        cuts
     }
 
     /// The leaf that holds a location.
@@ -187,6 +222,13 @@ impl Partition {
     }
 }
 
+fn bounding_box(pilots: &[Location]) -> Option<[[f64; 2]; 2]> {
+    let extreme = |start: f64, pick: fn(f64, f64) -> f64| {
+        [0, 1].map(|axis| pilots.iter().map(|p| p.at[axis]).fold(start, pick))
+    };
+    (!pilots.is_empty()).then(|| [extreme(f64::INFINITY, f64::min), extreme(f64::NEG_INFINITY, f64::max)])
+}
+
 impl Cell {
     fn split(&self, axis: usize, threshold: f64) -> (Self, Self) {
         let (mut low, mut high) = (self.clone(), self.clone());
@@ -231,6 +273,9 @@ fn choose_split<D: Domain>(
         let threshold = if below.abs_diff(middle) <= through.abs_diff(middle) { median } else { median + 1 };
         return Some((0, threshold.clamp(cell.patches.start + 1, cell.patches.end - 1) as f64));
     }
+    if let Some(split) = (0..domain.axes()).find_map(|axis| middle_of_gap(cell, pilots, axis)) {
+        return Some(split);
+    }
     let mut candidates: Vec<(f64, usize, f64)> = (0..domain.axes())
         .map(|axis| {
             let (near, middle, far) =
@@ -250,6 +295,25 @@ fn choose_split<D: Domain>(
         let threshold = snap(median, knots.between(axis, low, high));
         (threshold > low && threshold < high && high - low > 1e-13).then_some((axis + 1, threshold))
     })
+}
+
+/// A cut through the middle of the widest stretch without pilots, if that is half of the cell or more: two clusters (two lamps, or a lobe
+/// across the seam of the chart) want cells of their own.
+fn middle_of_gap(cell: &Cell, pilots: &[Location], axis: usize) -> Option<(usize, f64)> {
+    const BINS: usize = 16;
+    let (low, size) = (cell.low[axis], cell.high[axis] - cell.low[axis]);
+    let mut ends = [(f64::INFINITY, f64::NEG_INFINITY); BINS];
+    for pilot in pilots {
+        let x = pilot.at[axis];
+        let (least, greatest) = &mut ends[(((x - low) / size * BINS as f64) as usize).min(BINS - 1)];
+        (*least, *greatest) = (least.min(x), greatest.max(x));
+    }
+    let filled = || ends.iter().filter(|(least, greatest)| least <= greatest);
+    let (width, middle) = filled()
+        .zip(filled().skip(1))
+        .map(|(a, b)| (b.0 - a.1, 0.5 * (a.1 + b.0)))
+        .max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (width >= 0.5 * size && middle > low && middle < cell.high[axis]).then_some((axis + 1, middle))
 }
 
 /// The knot nearest to `x`, where a cell spans several texels; `x` itself inside one.

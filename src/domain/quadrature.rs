@@ -86,7 +86,7 @@ impl Ord for Piece {
 }
 
 impl Integrator {
-    /// The integral of `density` over `cell` with respect to the domain's measure.
+    /// The integral of `density`, smooth between the `knots`, over `cell` with respect to the domain's measure.
     ///
     /// ```
     /// use warpcheck::domain::*;
@@ -99,6 +99,18 @@ impl Integrator {
         domain: &D,
         cell: &Cell,
         knots: &Knots,
+        density: impl Fn(&D::Point) -> f64,
+    ) -> Integral {
+        self.integrate_graded(domain, cell, knots, &Knots::default(), density)
+    }
+
+    /// As [`integrate`](Self::integrate), first cutting the cell at further lines where something is to be looked for.
+    pub fn integrate_graded<D: Domain>(
+        &self,
+        domain: &D,
+        cell: &Cell,
+        knots: &Knots,
+        grading: &Knots,
         density: impl Fn(&D::Point) -> f64,
     ) -> Integral {
         if domain.axes() == 0 {
@@ -118,6 +130,8 @@ impl Integrator {
         let cuts = |axis: usize| -> Vec<f64> {
             let mut cuts = vec![cell.low[axis]];
             cuts.extend_from_slice(knots.between(axis, cell.low[axis], cell.high[axis]));
+            cuts.extend_from_slice(grading.between(axis, cell.low[axis], cell.high[axis]));
+            cuts.sort_by(f64::total_cmp);
             cuts.push(cell.high[axis]);
             cuts
         };

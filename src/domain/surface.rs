@@ -66,6 +66,13 @@ impl MeshSurface {
     }
 }
 
+impl MeshSurface {
+    /// Tiles in a row of the picture.
+    fn columns(&self) -> usize {
+        (self.areas.len() as f64).sqrt().ceil() as usize
+    }
+}
+
 fn chart(area: f64, at: [f64; 2]) -> (DVec3, f64) {
     let [s, t] = at;
     (DVec3::new(1.0 - s, s * t, s * (1.0 - t)), 2.0 * area * s)
@@ -118,6 +125,16 @@ impl Domain for Triangle {
         // Vertex 0 at the top, 1 at the left, 2 at the right.
         let b = DVec3::new(1.0 - y, 0.5 + 0.5 * y - x, x - 0.5 + 0.5 * y);
         (b.min_element() >= 0.0).then(|| self.locate(&b).ok()).flatten()
+    }
+
+    fn picture_position(&self, location: &Location) -> [f64; 2] {
+        let b = chart(self.area, location.at).0;
+        [0.5 + 0.5 * (b.z - b.y), 1.0 - b.x]
+    }
+
+    /// The triangle covers half of the picture.
+    fn picture_scale(&self, _: f64, _: f64) -> f64 {
+        2.0 * self.area
     }
 
     fn picture_caption(&self) -> &'static str {
@@ -179,12 +196,24 @@ impl Domain for MeshSurface {
 
     fn picture_location(&self, x: f64, y: f64) -> Option<Location> {
         // Tiles in reading order, one a triangle.
-        let columns = (self.areas.len() as f64).sqrt().ceil();
+        let columns = self.columns() as f64;
         let (tile_x, tile_y) =
             ((x * columns).floor().min(columns - 1.0), (y * columns).floor().min(columns - 1.0));
         let patch = (tile_y * columns + tile_x) as usize;
         (patch < self.areas.len())
             .then(|| Location { patch, at: [x * columns - tile_x, y * columns - tile_y] })
+    }
+
+    fn picture_position(&self, location: &Location) -> [f64; 2] {
+        let columns = self.columns();
+        let (x, y) = (location.patch % columns, location.patch / columns);
+        let within = |tile: usize, at: f64| (tile as f64 + at.min(1.0 - 1e-9)) / columns as f64;
+        [within(x, location.at[0]), within(y, location.at[1])]
+    }
+
+    fn picture_scale(&self, x: f64, y: f64) -> f64 {
+        let columns = self.columns() as f64;
+        self.picture_location(x, y).map_or(0.0, |l| columns * columns * self.point(l.patch, l.at).1)
     }
 
     fn picture_caption(&self) -> &'static str {

@@ -15,6 +15,7 @@ use super::{DiscreteCdf, Error, Sample, Sampler, TriangleWarp, View};
 use crate::domain::{MeshSurface, Sphere, SurfacePoint};
 use crate::random::to_f32;
 use glam::{DVec3, Vec2, Vec3};
+use std::borrow::Borrow;
 
 /// Which sides of a triangle emit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -196,10 +197,8 @@ impl MeshLight {
     }
 
     /// The sampler of directions towards this light from `x`.
-    pub fn seen_from(&self, x: Vec3) -> SeenFrom<'_> {
-        let origin = x.as_dvec3();
-        let cones = self.emitters.iter().map(|e| Cone::new(e, origin)).collect();
-        SeenFrom { light: self, x, cones }
+    pub fn seen_from(&self, x: Vec3) -> SeenFrom<&Self> {
+        SeenFrom::new(self, x)
     }
 }
 
@@ -248,47 +247,62 @@ impl Sampler for MeshLight {
 /// Its density sums over every emissive hit along the ray, hidden ones included, since the sampler ignores visibility. A query visits
 /// every triangle: it is for checks, a renderer asks [`MeshLight::density_from`] about the hit that its own rays found.
 #[derive(Clone, Debug)]
-pub struct SeenFrom<'a> {
-    light: &'a MeshLight,
+pub struct SeenFrom<L = MeshLight> {
+    light: L,
     x: Vec3,
     cones: Vec<Cone>,
+}
+
+impl<L: Borrow<MeshLight>> SeenFrom<L> {
+    /// The directions from `x` to `light`, which may be owned, borrowed or shared.
+    pub fn new(light: L, x: Vec3) -> Self {
+        let origin = x.as_dvec3();
+        let mesh = light.borrow();
+        let cone = |(triangle, emitter)| Cone::new(emitter, mesh.density_on(triangle), origin);
+        // Degenerate triangles span no cone, and a plane through x is seen edge-on.
+        let cones = mesh.emitters.iter().enumerate().map(cone).filter(|c| c.density > 0.0 && c.plane != 0.0);
+        Self { cones: cones.collect(), light, x }
+    }
 }
 
 /// The cone of directions from a point through a triangle: three planes through the point, which two neighbours share to the bit, so that
 /// no direction slips between them.
 #[derive(Clone, Copy, Debug)]
 struct Cone {
+    /// Normals of the planes through x and the edges, pointing to the inside.
     edges: [DVec3; 3],
     normal: DVec3,
-    /// n . (v0 - x), the signed distance of the triangle's plane.
+    /// n . (v0 - x), the signed distance of the triangle's plane; negative where its front is seen.
     plane: f64,
+    /// Density per area; 0 where no side that emits is seen.
+    density: f64,
 }
 
 impl Cone {
-    fn new(emitter: &Emitter, origin: DVec3) -> Self {
+    fn new(emitter: &Emitter, density: f64, origin: DVec3) -> Self {
         let [a, b, c] = emitter.vertices.map(|v| v.as_dvec3() - origin);
         let normal = emitter.normal.as_dvec3();
-        Self { edges: [a.cross(b), b.cross(c), c.cross(a)], normal, plane: normal.dot(a) }
+        let plane = normal.dot(a);
+        let front = plane < 0.0;
+        let inward = if front { -1.0 } else { 1.0 };
+        let lit = front || emitter.sides == Sides::Both;
+        let edges = [a.cross(b), b.cross(c), c.cross(a)].map(|edge| inward * edge);
+        Self { edges, normal, plane, density: if lit { density } else { 0.0 } }
     }
 
-    /// Squared distance over cosine along `w`, if `w` passes through the triangle.
-    fn hit(&self, w: DVec3, sides: Sides) -> Option<f64> {
-        // Facing: the front is seen where the plane lies behind along its normal.
-        let facing = self.plane < 0.0;
-        if self.plane == 0.0 || (!facing && sides == Sides::Front) {
-            return None;
-        }
-        let side = if facing { -1.0 } else { 1.0 };
-        if self.edges.iter().any(|e| side * e.dot(w) < 0.0) {
-            return None;
+    /// Density per solid angle along `w`; 0 unless `w` passes through the triangle.
+    #[inline]
+    fn density(&self, w: DVec3) -> f64 {
+        if self.edges.iter().any(|edge| edge.dot(w) < 0.0) {
+            return 0.0;
         }
         let cosine = self.normal.dot(w);
         let distance = self.plane / cosine;
-        (distance > 0.0).then(|| distance * distance / cosine.abs())
+        if distance > 0.0 { self.density * (distance * distance / cosine.abs()) } else { 0.0 }
     }
 }
 
-impl Sampler for SeenFrom<'_> {
+impl<L: Borrow<MeshLight> + Sync> Sampler for SeenFrom<L> {
     type Domain = Sphere;
 
     fn domain(&self) -> Sphere {
@@ -300,18 +314,12 @@ impl Sampler for SeenFrom<'_> {
     }
 
     fn sample(&self, xi: &[f64]) -> Option<Sample<DVec3>> {
-        let seen = self.light.sample_from(self.x, [xi[0], xi[1], xi[2]])?;
+        let seen = self.light.borrow().sample_from(self.x, [xi[0], xi[1], xi[2]])?;
         let point = seen.direction.as_dvec3();
         Some(Sample { point, density: self.density(&point) })
     }
 
     fn density(&self, w: &DVec3) -> f64 {
-        let mut density = 0.0;
-        for (triangle, cone) in self.cones.iter().enumerate() {
-            if let Some(factor) = cone.hit(*w, self.light.emitters[triangle].sides) {
-                density += self.light.density_on(triangle) * factor;
-            }
-        }
-        density
+        self.cones.iter().map(|cone| cone.density(*w)).sum()
     }
 }

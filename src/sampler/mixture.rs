@@ -87,13 +87,6 @@ where
     }
 
     fn knots(&self) -> Knots {
-        let (a, b) = (self.first.knots(), self.second.knots());
-        let merge = |axis: usize| {
-            let mut all = [a.axes[axis].as_slice(), &b.axes[axis]].concat();
-            all.sort_by(f64::total_cmp);
-            all.dedup();
-            all
-        };
-        Knots { axes: [merge(0), merge(1)] }
+        self.first.knots().merged(&self.second.knots())
     }
 }

@@ -1,0 +1,120 @@
+//! All checks on one sampler, before anything is judged.
+
+use super::expectation::Expectation;
+use super::finding::{Evidence, Finding};
+use super::map::{CellFigure, Painter, ResidualMap};
+use super::settings::Settings;
+use super::{agreement, chi_square, edges, map, normalisation, tally};
+use crate::domain::Domain;
+use crate::sampler::Sampler;
+use crate::statistics::chi_square as tail;
+use std::time::{Duration, Instant};
+
+/// A relative error of `error` over any `mass` of the distribution would have been caught with probability 0.99.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Power {
+    /// Share of the mass.
+    pub mass: f64,
+    /// Relative error of the density over it.
+    pub error: f64,
+}
+
+/// What the checks found on one sampler.
+pub struct Examination {
+    /// What the sampler is called.
+    pub name: String,
+    /// The domain: "sphere".
+    pub domain: &'static str,
+    /// What densities are per: "solid angle".
+    pub per: &'static str,
+    /// What the axes of its pictures are.
+    pub picture_caption: &'static str,
+    /// Samples drawn.
+    pub samples: u64,
+    /// How many of them the sampler rejected.
+    pub rejected: u64,
+    /// The integral of the density, and its error.
+    pub integral: (f64, f64),
+    /// What was found.
+    pub findings: Vec<Finding>,
+    /// The cells of the finest scale.
+    pub cells: Vec<CellFigure>,
+    /// Degrees of freedom of each scale of the chi-square test.
+    pub degrees: Vec<u64>,
+    /// Time that it took.
+    pub time: Duration,
+    painter: Painter,
+}
+
+impl std::fmt::Debug for Examination {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Examination").field("name", &self.name).field("findings", &self.findings).finish()
+    }
+}
+
+impl Examination {
+    /// Rasters of this height of what was observed, expected and left over.
+    pub fn map(&self, height: usize) -> ResidualMap {
+        (self.painter)(height)
+    }
+
+    /// The cells whose counts are farthest from what was expected, worst first.
+    pub fn worst_cells(&self, count: usize) -> Vec<&CellFigure> {
+        let mut cells: Vec<_> = self.cells.iter().collect();
+        cells.sort_by(|a, b| b.residual().abs().total_cmp(&a.residual().abs()));
+        cells.truncate(count);
+        cells
+    }
+
+    /// How many p-values it adds to the run's correction.
+    pub fn tests(&self) -> u64 {
+        self.findings.iter().filter(|f| matches!(f.evidence, Evidence::Chance { .. })).count() as u64
+    }
+
+    /// The relative error over 1, 5, 20 and 50% of the mass that the chi-square test at level `alpha` would have caught with
+    /// probability 0.99, at its best scale: an error e over the share y, made up for over the rest, adds
+    /// n e^2 y / (1 - y) to the statistic of every scale whose cells it fills.
+    pub fn power(&self, alpha: f64) -> Vec<Power> {
+        let shares = [0.01, 0.05, 0.2, 0.5];
+        shares
+            .iter()
+            .filter_map(|&mass| {
+                let best = self
+                    .degrees
+                    .iter()
+                    // A cell larger than the error dilutes it.
+                    .filter(|&&df| mass * (df + 1) as f64 >= 1.0)
+                    .filter_map(|&df| tail::noncentrality_for_power(alpha, df as f64, 0.99).ok())
+                    .min_by(f64::total_cmp)?;
+                Some(Power { mass, error: (best * (1.0 - mass) / (self.samples as f64 * mass)).sqrt() })
+            })
+            .collect()
+    }
+}
+
+pub(super) fn examine<S: Sampler>(sampler: &S, name: String, settings: &Settings) -> Examination {
+    let start = Instant::now();
+    let domain = sampler.domain();
+    let mut findings = vec![edges::check(sampler)];
+    let expectation = Expectation::new(sampler, settings.seed);
+    findings.push(normalisation::check(&expectation));
+    let tally = tally::draw(sampler, &expectation.partition, settings);
+    findings.push(agreement::support(&tally));
+    findings.push(agreement::check(&tally));
+    let counts = chi_square::check(&domain, &expectation, &tally);
+    findings.extend(counts.findings);
+    Examination {
+        name,
+        domain: domain.name(),
+        per: domain.per(),
+        picture_caption: domain.picture_caption(),
+        samples: tally.samples,
+        rejected: tally.rejected,
+        integral: (expectation.total.value, expectation.total.error),
+        findings,
+        cells: counts.cells.clone(),
+        degrees: counts.degrees,
+        time: start.elapsed(),
+        painter: map::painter(domain, expectation.partition, counts.cells, counts.cell_of_leaf),
+    }
+}

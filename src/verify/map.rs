@@ -1,0 +1,77 @@
+//! Where on the domain: the figures of every cell, and the rasters that pictures are made of.
+
+use crate::domain::{Cell, Domain, Integrator, Knots, Partition};
+
+/// What a cell of the finest scale counted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CellFigure {
+    /// The cell.
+    pub cell: Cell,
+    /// Where it is, in words.
+    pub place: String,
+    /// Samples counted.
+    pub observed: u64,
+    /// Samples expected.
+    pub expected: f64,
+    /// Samples drawn in all.
+    pub samples: u64,
+}
+
+impl CellFigure {
+    /// The signed standardised residual (O - E) / sqrt(E (1 - E / n)): about standard normal if the sampler is right.
+    pub fn residual(&self) -> f64 {
+        let spread =
+            (self.expected * (1.0 - self.expected / self.samples as f64)).max(f64::MIN_POSITIVE).sqrt();
+        (self.observed as f64 - self.expected) / spread
+    }
+}
+
+/// Rasters of what was observed, expected and left over, row 0 on top; NaN where there is nothing to show.
+#[derive(Clone, Debug)]
+pub struct ResidualMap {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Density observed, averaged over each cell, per the domain's measure.
+    pub observed: Vec<f64>,
+    /// Density expected, averaged over each cell, per the domain's measure.
+    pub expected: Vec<f64>,
+    /// Signed standardised residual of each cell.
+    pub residual: Vec<f64>,
+}
+
+/// Draws a [`ResidualMap`] of any height; kept instead of the map, which few runs ask for.
+pub(super) type Painter = Box<dyn Fn(usize) -> ResidualMap + Send + Sync>;
+
+pub(super) fn painter<D: Domain>(
+    domain: D,
+    partition: Partition,
+    cells: Vec<CellFigure>,
+    cell_of_leaf: Vec<Option<usize>>,
+) -> Painter {
+    Box::new(move |height| {
+        let integrator =
+            Integrator { relative_tolerance: 1e-3, absolute_tolerance: 0.0, max_evaluations: 500 };
+        let measures: Vec<f64> = cells
+            .iter()
+            .map(|c| integrator.integrate(&domain, &c.cell, &Knots::default(), |_| 1.0).value)
+            .collect();
+        let height = height.max(1);
+        let width = ((height as f64 * domain.picture_aspect()).round() as usize).max(1);
+        let blank = vec![f64::NAN; width * height];
+        let mut map =
+            ResidualMap { width, height, observed: blank.clone(), expected: blank.clone(), residual: blank };
+        for i in 0..width * height {
+            let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+            let place = domain.picture_location(x / width as f64, y / height as f64);
+            let Some(cell) = place.and_then(|p| cell_of_leaf[partition.leaf_of(&p)]) else { continue };
+            let figure = &cells[cell];
+            let weight = 1.0 / (figure.samples as f64 * measures[cell]);
+            map.observed[i] = figure.observed as f64 * weight;
+            map.expected[i] = figure.expected * weight;
+            map.residual[i] = figure.residual();
+        }
+        map
+    })
+}

@@ -1,0 +1,181 @@
+//! Judges the findings of a whole run together.
+
+use super::examination::Examination;
+use super::finding::{Evidence, Finding, Verdict};
+use super::settings::Settings;
+use crate::statistics::multiplicity::holm;
+use std::fmt::{Display, Formatter};
+
+/// A finding with its verdict, after correction over the whole run.
+#[derive(Clone, Debug)]
+pub struct Conclusion {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The corrected p-value, the largest that the errors of the expected counts allow; `None` if no chance was involved.
+    pub adjusted_p: Option<f64>,
+    /// The finding.
+    pub finding: Finding,
+}
+
+/// Everything that a run found, judged.
+#[derive(Debug)]
+pub struct Report {
+    /// The samplers, in the order in which they were examined.
+    pub examinations: Vec<Examination>,
+    /// What was concluded of each, in the order of its findings.
+    pub conclusions: Vec<Vec<Conclusion>>,
+    /// Probability that a run of right samplers fails, at most.
+    pub alpha: f64,
+    /// The seed.
+    pub seed: u64,
+    /// Samples asked for, per sampler.
+    pub samples: u64,
+    /// p-values corrected together.
+    pub tests: u64,
+}
+
+impl Report {
+    /// Judges examinations together.
+    pub fn new(examinations: Vec<Examination>, settings: &Settings) -> Self {
+        let chances = |pick: fn(f64, f64) -> f64| {
+            let ours = examinations.iter().flat_map(|e| &e.findings).filter_map(|f| match f.evidence {
+                // A p-value that could not be computed fails nobody here, and is reported below.
+                Evidence::Chance { p, conservative } => {
+                    Some(pick(p, conservative)).map(|p| if p.is_nan() { 1.0 } else { p })
+                }
+                Evidence::Certain(_) => None,
+            });
+            let mut all: Vec<f64> = ours.collect();
+            let count = all.len();
+            all.resize(count + settings.other_tests as usize, 1.0);
+            let mut adjusted = holm(&all).unwrap_or_else(|_| vec![1.0; all.len()]);
+            adjusted.truncate(count);
+            adjusted.into_iter()
+        };
+        let (mut raw, mut conservative) = (chances(|p, _| p), chances(|_, c| c));
+        let tests = raw.len() as u64 + settings.other_tests;
+        let conclude = |finding: &Finding| {
+            let (verdict, adjusted_p) = match finding.evidence {
+                Evidence::Certain(verdict) => (verdict, None),
+                Evidence::Chance { p, .. } => {
+                    let (raw, sure) = (raw.next().unwrap_or(1.0), conservative.next().unwrap_or(1.0));
+                    let verdict = if sure < settings.alpha {
+                        Verdict::Fail
+                    } else if raw < settings.alpha || p.is_nan() {
+                        Verdict::Inconclusive
+                    } else {
+                        Verdict::Pass
+                    };
+                    (verdict, Some(sure))
+                }
+            };
+            Conclusion { verdict, adjusted_p, finding: finding.clone() }
+        };
+        let mut conclude = conclude;
+        let conclusions =
+            examinations.iter().map(|e| e.findings.iter().map(&mut conclude).collect()).collect();
+        Self {
+            conclusions,
+            alpha: settings.alpha,
+            seed: settings.seed,
+            samples: settings.samples,
+            tests,
+            examinations,
+        }
+    }
+
+    /// The verdict on one sampler: the worst of its findings.
+    pub fn verdict_on(&self, sampler: usize) -> Verdict {
+        self.conclusions[sampler].iter().map(|c| c.verdict).max().unwrap_or(Verdict::Inconclusive)
+    }
+
+    /// The verdict on the run: the worst of all.
+    pub fn verdict(&self) -> Verdict {
+        (0..self.examinations.len()).map(|i| self.verdict_on(i)).max().unwrap_or(Verdict::Inconclusive)
+    }
+
+    /// The smallest corrected p-value of a sampler.
+    pub fn adjusted_p(&self, sampler: usize) -> Option<f64> {
+        self.conclusions[sampler].iter().filter_map(|c| c.adjusted_p).min_by(f64::total_cmp)
+    }
+
+    /// The level at which each single test was made, at least: alpha shared among all tests.
+    pub fn level(&self) -> f64 {
+        self.alpha / self.tests.max(1) as f64
+    }
+
+    /// Panics with the whole story unless every sampler passed.
+    ///
+    /// # Panics
+    /// If the verdict is fail or inconclusive.
+    #[track_caller]
+    pub fn assert(&self) {
+        assert!(self.verdict() == Verdict::Pass, "\n{self}");
+    }
+}
+
+/// A line for every sampler; for one that did not pass, what was found and where.
+impl Display for Report {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        for (i, examination) in self.examinations.iter().enumerate() {
+            let verdict = self.verdict_on(i);
+            writeln!(
+                f,
+                "{verdict}: {} ({}, {} samples, seed {})",
+                examination.name, examination.domain, examination.samples, self.seed
+            )?;
+            if verdict == Verdict::Pass {
+                let power = examination.power(self.level());
+                if let Some(best) = power.iter().find(|p| p.mass == 0.05).or(power.first()) {
+                    writeln!(
+                        f,
+                        "  would have caught, with probability 0.99, an error of {:.2}% over any {}% of the mass",
+                        100.0 * best.error,
+                        100.0 * best.mass
+                    )?;
+                }
+                continue;
+            }
+            self.write_failure(f, i)?;
+        }
+        Ok(())
+    }
+}
+
+impl Report {
+    /// What is wrong with one sampler: the findings that did not pass, and the worst places.
+    pub fn write_failure(&self, f: &mut impl std::fmt::Write, sampler: usize) -> std::fmt::Result {
+        let examination = &self.examinations[sampler];
+        let mut by_counts = false;
+        for conclusion in self.conclusions[sampler].iter().filter(|c| c.verdict != Verdict::Pass) {
+            let finding = &conclusion.finding;
+            write!(f, "  {}: {}", conclusion.verdict, finding.check)?;
+            if !finding.part.is_empty() {
+                write!(f, " ({})", finding.part)?;
+            }
+            write!(f, ": {}", finding.detail)?;
+            if let Some(p) = conclusion.adjusted_p {
+                by_counts = true;
+                write!(f, "; p = {p:.2e} after correction for {} tests, level {}", self.tests, self.alpha)?;
+            }
+            writeln!(f)?;
+        }
+        if by_counts {
+            let worst = examination.worst_cells(5);
+            if !worst.is_empty() {
+                writeln!(f, "  worst places:")?;
+            }
+            for cell in worst {
+                writeln!(
+                    f,
+                    "    {:+8.1} sigma  {} samples, {:.1} expected  at {}",
+                    cell.residual(),
+                    cell.observed,
+                    cell.expected,
+                    cell.place
+                )?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,108 @@
+//! The samplers that ship are right, peaky ones included.
+
+use glam::Vec3;
+use warpcheck::sampler::*;
+use warpcheck::verify::{Report, Settings};
+use warpcheck::{verify, verify::Examination};
+
+fn tilted() -> Vec3 {
+    Vec3::new(0.3, -0.5, 0.8).normalize()
+}
+
+fn examine<S: Sampler>(name: impl Into<String>, sampler: &S) -> Examination {
+    let settings = Settings { samples: 300_000, seed: 20_26, ..Settings::default() };
+    verify(sampler).name(name).settings(settings).examine()
+}
+
+fn assert_right(examinations: Vec<Examination>) {
+    let settings = Settings { samples: 300_000, seed: 20_26, ..Settings::default() };
+    for e in &examinations {
+        println!(
+            "{:40} {:?} {:?} evals {:?} cells {} power {:?}",
+            e.name,
+            e.time,
+            e.integral,
+            e.degrees,
+            e.cells.len(),
+            e.power(1e-5)
+        );
+    }
+    let report = Report::new(examinations, &settings);
+    println!("{report}");
+    report.assert();
+}
+
+#[test]
+fn smooth_directions() {
+    assert_right(vec![
+        examine("uniform sphere", &UniformSphere),
+        examine("uniform hemisphere", &UniformHemisphere),
+        examine("cosine hemisphere", &CosineHemisphere),
+    ]);
+}
+
+#[test]
+fn peaky_directions() {
+    let mut all = Vec::new();
+    for kappa in [1e2, 1e4, 1e6] {
+        for mean in [Vec3::Z, Vec3::NEG_Z, Vec3::X, tilted()] {
+            all.push(examine(format!("vMF {kappa} {mean}"), &VonMisesFisher::new(mean, kappa).unwrap()));
+        }
+    }
+    for exponent in [0.0, 1.0, 50.0, 1e4, 1e6] {
+        for mirror in [Vec3::Z, tilted(), Vec3::new(0.996_194_7, 0.0, 0.087_155_74)] {
+            all.push(examine(
+                format!("Phong {exponent} {mirror}"),
+                &PhongLobe::new(mirror, exponent).unwrap(),
+            ));
+        }
+    }
+    for alpha in [0.01, 0.1, 0.5, 1.0] {
+        for outgoing in [Vec3::Z, tilted(), Vec3::new(0.996_194_7, 0.0, 0.087_155_74)] {
+            all.push(examine(
+                format!("GGX {alpha} {outgoing}"),
+                &GgxVisibleNormals::new(outgoing, alpha).unwrap(),
+            ));
+        }
+    }
+    assert_right(all);
+}
+
+#[test]
+fn triangles_and_lights() {
+    let mut all = Vec::new();
+    for warp in [TriangleWarp::LowDistortion, TriangleWarp::SquareRoot] {
+        all.push(examine(format!("{warp:?}"), &BarycentricWarp::new(warp, 2.0).unwrap()));
+    }
+    let quad = [[0, 1, 2], [0, 2, 3]]
+        .map(|t| t.map(|i: usize| [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y][i]));
+    let light = MeshLight::new(&quad, Sides::Front).unwrap();
+    all.push(examine("quad", &light));
+    for height in [3.0, 0.5, 0.02] {
+        all.push(examine(format!("quad from {height}"), &light.seen_from(Vec3::new(0.3, 0.4, height))));
+    }
+    all.push(examine("discrete", &DiscreteCdf::new(&[1.0, 0.0, 2.0, 3.0, 1e-7]).unwrap()));
+    let many: Vec<f64> = (0..100_000).map(|i| f64::from(i % 1000).powi(3)).collect();
+    all.push(examine("discrete 1e5", &DiscreteCdf::new(&many).unwrap()));
+    all.push(examine(
+        "mixture",
+        &Mixture::new(0.3, CosineHemisphere, PhongLobe::new(tilted(), 1e3).unwrap()).unwrap(),
+    ));
+    assert_right(all);
+}
+
+#[test]
+fn environments() {
+    let mut all = Vec::new();
+    for rows in [RowWarp::UniformV, RowWarp::UniformCosTheta] {
+        for (w, h) in [(1, 1), (1, 5), (6, 1), (3, 7), (64, 32)] {
+            let texels: Vec<[f32; 3]> =
+                (0..w * h).map(|i| [(i as f32 * 0.7).sin().abs(), 0.1, (i % 3) as f32]).collect();
+            all.push(examine(format!("{rows:?} {w}x{h}"), &Environment::new(w, h, texels, rows).unwrap()));
+        }
+        let mut sun = vec![[0.1, 0.1, 0.1]; 256 * 128];
+        sun[100 + 256 * 40] = [1e5; 3];
+        all.push(examine(format!("{rows:?} sun"), &Environment::new(256, 128, sun, rows).unwrap()));
+    }
+    assert_right(all);
+}
