@@ -6,11 +6,12 @@
 pub mod domain;
 #[cfg(feature = "render")]
 pub mod estimator;
-pub mod oracle;
 mod parallel;
 #[cfg(feature = "pictures")]
 pub mod picture;
 pub mod random;
+#[cfg(feature = "render")]
+pub mod catalogue;
 pub mod report;
 
 pub use verify::verify;
@@ -18,4 +19,5 @@ pub mod sampler;
 #[cfg(feature = "render")]
 pub mod scene;
 pub mod statistics;
+pub mod histogram;
 pub mod verify;
