@@ -37,7 +37,7 @@ pub struct Material {
 
 impl Default for Material {
     fn default() -> Self {
-        Self { name: "black".into(), kd: Vec3::ZERO, ks: Vec3::ZERO, ns: 1.0, ke: Vec3::ZERO }
+        Self { name: "default".into(), kd: Vec3::ZERO, ks: Vec3::ZERO, ns: 1.0, ke: Vec3::ZERO }
     }
 }
 
