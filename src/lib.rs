@@ -3,6 +3,8 @@
 //! *Statistics* judge samples that *samplers* draw on a *domain*; *oracles* say what is right; *verify* puts
 //! the questions; *scenes* and *estimators* show that it matters; *reports* tell the story.
 
+#[cfg(feature = "render")]
+pub mod catalogue;
 pub mod domain;
 #[cfg(feature = "render")]
 pub mod estimator;
@@ -10,14 +12,12 @@ mod parallel;
 #[cfg(feature = "pictures")]
 pub mod picture;
 pub mod random;
-#[cfg(feature = "render")]
-pub mod catalogue;
 pub mod report;
 
 pub use verify::verify;
+pub mod histogram;
 pub mod sampler;
 #[cfg(feature = "render")]
 pub mod scene;
 pub mod statistics;
-pub mod histogram;
 pub mod verify;

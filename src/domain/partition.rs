@@ -94,15 +94,20 @@ const DEPTH_LIMIT: usize = 96;
 
 impl Partition {
     /// Cuts `domain` so that each leaf holds at most `per_leaf` of the pilots, as far as atoms allow.
-    pub fn from_pilots<D: Domain>(
+    pub fn from_pilots<D: Domain>(domain: &D, pilots: Vec<Location>, knots: &Knots, per_leaf: usize) -> Self {
+        Self::within(domain, Cell::whole(domain), pilots, knots, per_leaf)
+    }
+
+    /// Cuts one cell of `domain` likewise; all pilots must lie in it.
+    pub fn within<D: Domain>(
         domain: &D,
+        cell: Cell,
         mut pilots: Vec<Location>,
         knots: &Knots,
         per_leaf: usize,
     ) -> Self {
-        let mut tree = Self { nodes: Vec::new(), leaves: Vec::new(), pilot_boxes: Vec::new() };
-        let root = Node { cell: Cell::whole(domain), children: None, axis: 0, threshold: 0.0, leaves: 0..0 };
-        tree.nodes.push(root);
+        let root = Node { cell, children: None, axis: 0, threshold: 0.0, leaves: 0..0 };
+        let mut tree = Self { nodes: vec![root], leaves: Vec::new(), pilot_boxes: Vec::new() };
         tree.grow(domain, 0, &mut pilots, knots, per_leaf.max(1), 0);
         tree
     }

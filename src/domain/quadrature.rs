@@ -18,6 +18,22 @@ pub struct Integral {
     pub error: f64,
     /// How often the integrand was evaluated.
     pub evaluations: u64,
+    /// How often it was 0: some, but not all, where the edge of a support crosses the cell.
+    pub zeros: u64,
+}
+
+impl std::ops::Add for Integral {
+    type Output = Self;
+
+    /// The integral over both places; errors add.
+    fn add(self, other: Self) -> Self {
+        Self {
+            value: self.value + other.value,
+            error: self.error + other.error,
+            evaluations: self.evaluations + other.evaluations,
+            zeros: self.zeros + other.zeros,
+        }
+    }
 }
 
 /// Settings of the quadrature.
@@ -118,13 +134,14 @@ impl Integrator {
             let value =
                 cell.patches.clone().map(|patch| density(&domain.point(patch, [0.0; 2]).0)).sum::<f64>();
             let evaluations = cell.patches.len() as u64;
-            return Integral { value, error: evaluations as f64 * f64::EPSILON * value.abs(), evaluations };
+            let error = evaluations as f64 * f64::EPSILON * value.abs();
+            return Integral { value, error, evaluations, zeros: 0 };
         }
         let f = |patch: usize, at: [f64; 2]| {
             let (point, jacobian) = domain.point(patch, at);
             if jacobian == 0.0 { 0.0 } else { density(&point) * jacobian }
         };
-        let mut run = Run { f, axes: domain.axes(), evaluations: 0 };
+        let mut run = Run { f, axes: domain.axes(), evaluations: 0, zeros: 0 };
         let mut heap = BinaryHeap::new();
         let (mut settled, mut settled_error) = (0.0, 0.0);
         let cuts = |axis: usize| -> Vec<f64> {
@@ -165,7 +182,7 @@ impl Integrator {
                 || run.evaluations >= self.max_evaluations
                 || !value.is_finite()
             {
-                return Integral { value, error, evaluations: run.evaluations };
+                return Integral { value, error, evaluations: run.evaluations, zeros: run.zeros };
             }
             let batch = 1 + heap.len() / 4;
             let mut halves = Vec::with_capacity(2 * batch);
@@ -200,6 +217,7 @@ struct Run<F> {
     f: F,
     axes: usize,
     evaluations: u64,
+    zeros: u64,
 }
 
 impl<F: Fn(usize, [f64; 2]) -> f64> Run<F> {
@@ -208,7 +226,9 @@ impl<F: Fn(usize, [f64; 2]) -> f64> Run<F> {
         let centre = [0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])];
         let mut at = |x: f64, y: f64| {
             self.evaluations += 1;
-            (self.f)(patch, [centre[0] + x * half[0], centre[1] + y * half[1]])
+            let value = (self.f)(patch, [centre[0] + x * half[0], centre[1] + y * half[1]]);
+            self.zeros += u64::from(value == 0.0);
+            value
         };
         let (value, error, worst_axis);
         if cheap {

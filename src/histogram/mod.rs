@@ -45,7 +45,8 @@ impl Histogram {
     /// assert_eq!(histogram.counts.iter().sum::<u64>(), 10_000);
     /// ```
     pub fn draw<S: Sampler>(sampler: &S, width: usize, height: usize, settings: &Settings) -> Self {
-        let empty = Self { width, height, counts: vec![0; width * height], samples: 0, rejected: 0, outside: 0 };
+        let empty =
+            Self { width, height, counts: vec![0; width * height], samples: 0, rejected: 0, outside: 0 };
         let mut total = empty.clone();
         let shards = settings.samples.div_ceil(SHARD);
         let mut next = 0;
@@ -56,7 +57,12 @@ impl Histogram {
                 || empty.clone(),
                 |sum, i| {
                     let shard = next + i as u64;
-                    sum.draw_shard(sampler, settings.seed, shard, SHARD.min(settings.samples - shard * SHARD));
+                    sum.draw_shard(
+                        sampler,
+                        settings.seed,
+                        shard,
+                        SHARD.min(settings.samples - shard * SHARD),
+                    );
                 },
                 Self::merge,
             );

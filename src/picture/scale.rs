@@ -70,7 +70,7 @@ impl Scale {
         let (low, high) = self.ends();
         let (below, above) = match self {
             Self::Linear { .. } => ("", ""),
-            Self::Log { .. } => ("<=", ""),
+            Self::Log { .. } => ("<=", ">="),
             Self::Symmetric { .. } => ("<=", ">="),
         };
         let mut ticks = vec![

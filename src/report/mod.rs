@@ -1,1 +1,15 @@
-//! (to be written)
+//! Tells the story: a run's result as a table for people, as JSON for programs, and as pictures.
+
+#[cfg(feature = "json")]
+mod json;
+#[cfg(feature = "render")]
+mod pictures;
+mod table;
+
+#[cfg(feature = "json")]
+pub use json::to_json;
+#[cfg(feature = "render")]
+pub use pictures::{
+    EnvironmentFigure, environment_sheet, histogram_sheet, overview_sheet, residual_planes, residual_sheet,
+};
+pub use table::{Style, table};

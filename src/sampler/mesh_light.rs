@@ -192,8 +192,12 @@ impl MeshLight {
         view.map_or(0.0, |v| v.per_solid_angle(self.density_on(triangle)) as f32)
     }
 
+    /// From the vertices, not from the rounded point: an ulp of a coordinate is a large angle at a grazing distance.
     fn view(&self, x: Vec3, s: &SurfaceSample) -> Option<View> {
-        Some(self.emitters[s.triangle].seen(View::new(x, s.point, s.normal)?))
+        let emitter = &self.emitters[s.triangle];
+        let [a, b, c] = emitter.vertices.map(|v| v.as_dvec3() - x.as_dvec3());
+        let weights = s.barycentric.as_dvec3();
+        Some(emitter.seen(View::along(weights.x * a + weights.y * b + weights.z * c, s.normal)?))
     }
 
     /// The sampler of directions towards this light from `x`.
@@ -245,12 +249,13 @@ impl Sampler for MeshLight {
 /// A mesh light as the directions in which a point sees it, per solid angle.
 ///
 /// Its density sums over every emissive hit along the ray, hidden ones included, since the sampler ignores visibility. A query visits
-/// every triangle: it is for checks, a renderer asks [`MeshLight::density_from`] about the hit that its own rays found.
+/// all triangles in a slice of the directions: it is for checks, a renderer asks [`MeshLight::density_from`] about the hit that its own
+/// rays found.
 #[derive(Clone, Debug)]
 pub struct SeenFrom<L = MeshLight> {
     light: L,
     x: Vec3,
-    cones: Vec<Cone>,
+    slices: Slices,
 }
 
 impl<L: Borrow<MeshLight>> SeenFrom<L> {
@@ -258,10 +263,13 @@ impl<L: Borrow<MeshLight>> SeenFrom<L> {
     pub fn new(light: L, x: Vec3) -> Self {
         let origin = x.as_dvec3();
         let mesh = light.borrow();
-        let cone = |(triangle, emitter)| Cone::new(emitter, mesh.density_on(triangle), origin);
-        // Degenerate triangles span no cone, and a plane through x is seen edge-on.
-        let cones = mesh.emitters.iter().enumerate().map(cone).filter(|c| c.density > 0.0 && c.plane != 0.0);
-        Self { cones: cones.collect(), light, x }
+        let cones = mesh.emitters.iter().enumerate().filter_map(|(triangle, emitter)| {
+            let cone = Cone::new(emitter, mesh.density_on(triangle), origin);
+            let corners = emitter.vertices.map(|v| (v.as_dvec3() - origin).normalize_or_zero());
+            // Degenerate triangles span no cone, and a plane through x is seen edge-on.
+            (cone.density > 0.0 && cone.plane != 0.0).then_some((cone, corners))
+        });
+        Self { slices: Slices::new(cones.collect()), light, x }
     }
 }
 
@@ -276,6 +284,61 @@ struct Cone {
     plane: f64,
     /// Density per area; 0 where no side that emits is seen.
     density: f64,
+}
+
+/// Cones by the component of the direction along one axis, the one along which they spread most.
+#[derive(Clone, Debug)]
+struct Slices {
+    axis: usize,
+    low: f64,
+    per_unit: f64,
+    /// The cones that reach into each slice.
+    slices: Vec<Vec<Cone>>,
+}
+
+impl Slices {
+    fn new(cones: Vec<(Cone, [DVec3; 3])>) -> Self {
+        let spread = |axis: usize| {
+            let ranges = cones.iter().map(|(_, corners)| range(*corners, axis));
+            let whole = ranges.fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
+            (axis, whole.0, whole.1)
+        };
+        let (axis, low, high) =
+            (0..3).map(spread).max_by(|a, b| (a.2 - a.1).total_cmp(&(b.2 - b.1))).unwrap_or((0, -1.0, 1.0));
+        let count = cones.len().clamp(1, 1024);
+        let mut new = Self {
+            axis,
+            low,
+            per_unit: count as f64 / (high - low).max(1e-9),
+            slices: vec![Vec::new(); count],
+        };
+        for (cone, corners) in cones {
+            let (from, to) = range(corners, axis);
+            for slice in new.slice(from)..=new.slice(to) {
+                new.slices[slice].push(cone);
+            }
+        }
+        new
+    }
+
+    fn slice(&self, component: f64) -> usize {
+        (((component - self.low) * self.per_unit) as usize).min(self.slices.len() - 1)
+    }
+
+    fn density(&self, w: DVec3) -> f64 {
+        self.slices[self.slice(w[self.axis])].iter().map(|cone| cone.density(w)).sum()
+    }
+}
+
+/// Bounds of a component of the unit vectors in a spherical triangle, from the cap about its middle that holds its corners and so its edges.
+fn range(corners: [DVec3; 3], axis: usize) -> (f64, f64) {
+    let middle = (corners[0] + corners[1] + corners[2]).normalize_or_zero();
+    let least = corners.iter().map(|c| c.dot(middle)).fold(1.0, f64::min);
+    if least < 0.01 {
+        return (-1.0, 1.0); // about as wide as a hemisphere
+    }
+    let (radius, angle) = (least.acos() + 1e-6, middle[axis].clamp(-1.0, 1.0).acos());
+    ((angle + radius).min(std::f64::consts::PI).cos(), (angle - radius).max(0.0).cos())
 }
 
 impl Cone {
@@ -320,6 +383,6 @@ impl<L: Borrow<MeshLight> + Sync> Sampler for SeenFrom<L> {
     }
 
     fn density(&self, w: &DVec3) -> f64 {
-        self.cones.iter().map(|cone| cone.density(*w)).sum()
+        self.slices.density(*w)
     }
 }

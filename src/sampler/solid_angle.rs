@@ -28,7 +28,12 @@ impl View {
     /// ```
     #[inline]
     pub fn new(x: Vec3, y: Vec3, normal: Vec3) -> Option<Self> {
-        let between = y.as_dvec3() - x.as_dvec3();
+        Self::along(y.as_dvec3() - x.as_dvec3(), normal)
+    }
+
+    /// The same from the difference y - x, for who knows it better than two rounded points do.
+    #[inline]
+    pub fn along(between: DVec3, normal: Vec3) -> Option<Self> {
         let distance_squared = between.length_squared();
         let direction = between.try_normalize()?;
         Some(Self { direction, distance_squared, cosine: -normal.as_dvec3().dot(direction) })

@@ -27,6 +27,8 @@ pub struct Examination {
     pub domain: &'static str,
     /// What densities are per: "solid angle".
     pub per: &'static str,
+    /// Chart coordinates of the domain: 2 for areas, 1 or 0 for what is drawn as a strip.
+    pub axes: usize,
     /// What the axes of its pictures are.
     pub picture_caption: &'static str,
     /// Samples drawn.
@@ -96,7 +98,7 @@ pub(super) fn examine<S: Sampler>(sampler: &S, name: String, settings: &Settings
     let start = Instant::now();
     let domain = sampler.domain();
     let mut findings = vec![edges::check(sampler)];
-    let expectation = Expectation::new(sampler, settings.seed);
+    let expectation = Expectation::new(sampler, settings.seed, settings.samples);
     findings.push(normalisation::check(&expectation));
     let tally = tally::draw(sampler, &expectation.partition, settings);
     findings.push(agreement::support(&tally));
@@ -107,6 +109,7 @@ pub(super) fn examine<S: Sampler>(sampler: &S, name: String, settings: &Settings
         name,
         domain: domain.name(),
         per: domain.per(),
+        axes: domain.axes(),
         picture_caption: domain.picture_caption(),
         samples: tally.samples,
         rejected: tally.rejected,

@@ -1,0 +1,156 @@
+//! What commands share: counts with suffixes, the data folder, progress, Ctrl-C, the output folder.
+
+use anyhow::{Context, Result, bail};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Where pictures go unless told.
+pub const DEFAULT_OUT: &str = "warpcheck-out";
+
+/// The most samples that can be asked for: a year of drawing.
+const MOST: u64 = 1_000_000_000_000_000;
+
+/// A count such as `300`, `50k`, `1.5M`, `1G` or `1e8`.
+pub fn count(text: &str) -> Result<u64, String> {
+    let (digits, factor) = match text.chars().last() {
+        Some('k' | 'K') => (&text[..text.len() - 1], 1e3),
+        Some('m' | 'M') => (&text[..text.len() - 1], 1e6),
+        Some('g' | 'G') => (&text[..text.len() - 1], 1e9),
+        _ => (text, 1.0),
+    };
+    let value = digits
+        .replace('_', "")
+        .parse::<f64>()
+        .map_err(|_| "not a count; write 300, 50k, 1M or 1e8".to_owned())?;
+    let value = value * factor;
+    if !value.is_finite() || value < 1.0 {
+        return Err("there must be at least 1".to_owned());
+    }
+    if value > MOST as f64 {
+        return Err(format!("too many: at most {MOST:e}"));
+    }
+    if value.fract() != 0.0 {
+        return Err("not a whole number".to_owned());
+    }
+    Ok(value as u64)
+}
+
+/// A probability strictly between 0 and 1.
+pub fn level(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x < 1.0 => Ok(x),
+        _ => Err("must be a number between 0 and 1".to_owned()),
+    }
+}
+
+/// The folder of shipped data: as told, beside the working directory, or where the program was built.
+pub fn data_folder(told: Option<&Path>) -> Result<PathBuf> {
+    if let Some(folder) = told {
+        if !folder.is_dir() {
+            bail!("there is no folder {}", folder.display());
+        }
+        return Ok(folder.to_owned());
+    }
+    let candidates = [PathBuf::from("data"), PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/data"))];
+    candidates.into_iter().find(|folder| folder.join("env").is_dir() && folder.join("mesh").is_dir()).context(
+        "the shipped data were found neither in ./data nor where the program was built; say --data DIR",
+    )
+}
+
+/// Makes the folder, and finds out now rather than after the work whether it can be written to.
+pub fn output_folder(folder: &Path) -> Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| format!("can't make the folder {}", folder.display()))?;
+    let probe = folder.join(".warpcheck-probe");
+    std::fs::write(&probe, b"")
+        .and_then(|()| std::fs::remove_file(&probe))
+        .with_context(|| format!("can't write into the folder {}", folder.display()))
+}
+
+/// The same for a single file.
+pub fn output_file(file: &Path) -> Result<()> {
+    if file.is_dir() {
+        bail!("{} is a folder, not a file", file.display());
+    }
+    match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            bail!("there is no folder {} to write {} into", folder.display(), file.display())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Set by Ctrl-C. A second Ctrl-C ends the program at once.
+pub fn stop_on_ctrl_c() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    let handler = move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        if std::io::stderr().is_terminal() {
+            eprintln!("\nstopping; what is done is kept (Ctrl-C again to quit at once)");
+        }
+    };
+    // Without a handler Ctrl-C still works, it only keeps nothing.
+    let _ = ctrlc::set_handler(handler);
+    stop
+}
+
+/// A progress bar on a terminal, nothing elsewhere.
+pub fn progress(total: u64, unit: &str) -> ProgressBar {
+    let target = if std::io::stderr().is_terminal() {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
+    };
+    let bar = ProgressBar::with_draw_target(Some(total), target);
+    let template = format!(
+        "{{msg:32!}} {{bar:30}} {{percent:>3}}%  {{human_pos}} of {{human_len}} {unit}  {{per_sec}}  {{eta}} left"
+    );
+    if let Ok(style) = ProgressStyle::with_template(&template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// A sampler's or file's name as a file name.
+pub fn file_stem(name: &str) -> String {
+    name.chars().map(|c| if c.is_alphanumeric() || "._-".contains(c) { c } else { '-' }).collect()
+}
+
+/// An error and its causes in one line; a cause that the error quotes is not said again.
+pub fn sentence(error: &anyhow::Error) -> String {
+    error.chain().map(ToString::to_string).fold(String::new(), |said, cause| match () {
+        () if said.is_empty() => cause,
+        () if said.contains(&cause) => said,
+        () => format!("{said}: {cause}"),
+    })
+}
+
+/// `path` with a dot and `extension` behind it, where [`Path::with_extension`] would cut `ggx-0.1` short.
+pub fn with_extension(path: &Path, extension: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".");
+    name.push(extension);
+    name.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_take_suffixes() {
+        assert_eq!(count("300"), Ok(300));
+        assert_eq!(count("50k"), Ok(50_000));
+        assert_eq!(count("1.5M"), Ok(1_500_000));
+        assert_eq!(count("1G"), Ok(1_000_000_000));
+        assert_eq!(count("1e8"), Ok(100_000_000));
+        for bad in ["0", "-3", "", "k", "many", "1.5", "1e99", "NaN", "inf", "1e300G"] {
+            assert!(count(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! `warpcheck histogram`: draws samples and writes their histogram, of an environment map or of any sampler that ships.
+
+use super::common::{self, DEFAULT_OUT};
+use anyhow::{Context, Result, bail};
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+use warpcheck::catalogue::{self, HistogramFigure};
+use warpcheck::domain::{Domain, Sphere};
+use warpcheck::histogram::{Histogram, claimed_density};
+use warpcheck::picture::{Compression, Picture, Planes, Tone, write_planes, write_png};
+use warpcheck::random::{fill_unit, stream};
+use warpcheck::report::{EnvironmentFigure, environment_sheet, histogram_sheet};
+use warpcheck::sampler::{Environment, RowWarp, Sampler, UniformSphere, luminance};
+use warpcheck::verify::Settings;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// An environment map (.hdr or .exr), or the name of a shipped sampler
+    target: String,
+    /// Samples; several counts, separated by commas, give a picture each
+    #[arg(long, default_value = "1M", value_parser = common::count, value_delimiter = ',')]
+    samples: Vec<u64>,
+    /// Seed
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How theta is placed inside a row of a map
+    #[arg(long, value_enum, default_value_t = Rows::UniformV)]
+    rows: Rows,
+    /// Height of the histogram in pixels; that of the map, or 256, unless told
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=8192))]
+    height: Option<u32>,
+    /// Folder for pictures
+    #[arg(long, value_name = "DIR", default_value = DEFAULT_OUT)]
+    out: PathBuf,
+    /// Folder of the shipped maps and meshes
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Rows {
+    /// Uniform in v
+    UniformV,
+    /// Uniform in cos theta
+    UniformCos,
+}
+
+/// Samples that are drawn as dots.
+const DOTS: usize = 1500;
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let file = Path::new(&arguments.target);
+    let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let is_file = file.exists() || ["hdr", "exr", "pic"].contains(&extension.as_str());
+    let mut counts = arguments.samples.clone();
+    counts.sort_unstable();
+    counts.dedup();
+    let run = Run::new(arguments, &counts);
+    if is_file {
+        let map = Map::read(file, arguments)?;
+        common::output_folder(&arguments.out)?;
+        for &samples in &counts {
+            if run.stopped() {
+                break;
+            }
+            map.draw(&run, samples)?;
+        }
+    } else {
+        let data = common::data_folder(arguments.data.as_deref())?;
+        let entries = catalogue::entries(&data);
+        let entry = match catalogue::find(&entries, &arguments.target).as_deref() {
+            Ok([entry]) => *entry,
+            Ok(several) => {
+                let names: Vec<_> = several.iter().map(|e| e.name.as_str()).collect();
+                bail!("`{}` is a family; name one of {}", arguments.target, names.join(", "))
+            }
+            Err(Some(nearest)) => {
+                bail!("there is no file or sampler `{}`; did you mean `{nearest}`?", arguments.target)
+            }
+            Err(None) => {
+                bail!("there is no file or sampler `{}` (`warpcheck verify --list`)", arguments.target)
+            }
+        };
+        let subject = entry.make().with_context(|| format!("can't make the sampler {}", entry.name))?;
+        common::output_folder(&arguments.out)?;
+        // Strips need no height.
+        let height = arguments.height.map_or(if subject.aspect() > 2.0 { 128 } else { 256 }, |h| h as usize);
+        for &samples in &counts {
+            if run.stopped() {
+                break;
+            }
+            let start = Instant::now();
+            let figure = subject.histogram(height, &run.settings(samples, &entry.name));
+            let path = run.path(&entry.name, samples);
+            write_sampler(&path, &entry.name, &figure)?;
+            run.say(&figure.histogram, start, &path);
+        }
+    }
+    run.bar.finish_and_clear();
+    Ok(if run.stopped() { ExitCode::from(130) } else { ExitCode::SUCCESS })
+}
+
+/// What all histograms of one call share.
+struct Run<'a> {
+    arguments: &'a Arguments,
+    bar: indicatif::ProgressBar,
+    stop: Arc<std::sync::atomic::AtomicBool>,
+}
+
+impl<'a> Run<'a> {
+    fn new(arguments: &'a Arguments, counts: &[u64]) -> Self {
+        let bar = common::progress(counts.iter().sum(), "samples");
+        Self { arguments, bar, stop: common::stop_on_ctrl_c() }
+    }
+
+    fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    fn settings(&self, samples: u64, message: &str) -> Settings {
+        let (bar, before) = (self.bar.clone(), self.bar.position());
+        bar.set_message(message.to_owned());
+        Settings {
+            samples,
+            seed: self.arguments.seed,
+            progress: Some(Arc::new(move |drawn| bar.set_position(before + drawn.samples))),
+            stop: Some(Arc::clone(&self.stop)),
+            ..Settings::default()
+        }
+    }
+
+    /// Without an extension: `OUT/NAME-1M`.
+    fn path(&self, name: &str, samples: u64) -> PathBuf {
+        self.arguments.out.join(format!("{}-{}", common::file_stem(name), short(samples)))
+    }
+
+    fn say(&self, histogram: &Histogram, start: Instant, path: &Path) {
+        let seconds = start.elapsed().as_secs_f64();
+        let line = format!(
+            "{} samples in {seconds:.1} s ({:.1} million a second): {}.png, .exr",
+            histogram.samples,
+            histogram.samples as f64 / seconds / 1e6,
+            path.display()
+        );
+        self.bar.suspend(|| println!("{line}"));
+    }
+}
+
+/// 1000000 as `1M`.
+fn short(samples: u64) -> String {
+    [(1_000_000_000, "G"), (1_000_000, "M"), (1000, "k")]
+        .into_iter()
+        .find(|(unit, _)| samples % unit == 0)
+        .map_or_else(|| samples.to_string(), |(unit, suffix)| format!("{}{suffix}", samples / unit))
+}
+
+fn planes<const N: usize>(histogram: &Histogram, planes: [(&str, &[f64]); N]) -> Result<Planes> {
+    let narrow = planes.map(|(name, values)| (name.to_owned(), values.iter().map(|&v| v as f32).collect()));
+    let counts = ("counts".to_owned(), histogram.counts.iter().map(|&c| c as f32).collect());
+    Ok(Planes::new(histogram.width, histogram.height, narrow.into_iter().chain([counts]))?)
+}
+
+fn write_sampler(path: &Path, name: &str, figure: &HistogramFigure) -> Result<()> {
+    let planes = planes(&figure.histogram, [("drawn", &figure.drawn), ("claimed", &figure.claimed)])?;
+    write_planes(common::with_extension(path, "exr"), &planes, Compression::Zip)?;
+    write_png(common::with_extension(path, "png"), &histogram_sheet(name, figure))?;
+    Ok(())
+}
+
+struct Map {
+    name: String,
+    sampler: Environment,
+    /// The map at the histogram's size.
+    picture: Picture,
+    tone: Tone,
+    width: usize,
+    height: usize,
+    /// Luminance over its integral, per pixel of the histogram.
+    target: Vec<f64>,
+    seed: u64,
+}
+
+impl Map {
+    fn read(file: &Path, arguments: &Arguments) -> Result<Self> {
+        let rows = match arguments.rows {
+            Rows::UniformV => RowWarp::UniformV,
+            Rows::UniformCos => RowWarp::UniformCosTheta,
+        };
+        let sampler = catalogue::read_environment(file, rows)?;
+        let height = arguments.height.map_or(sampler.height(), |h| h as usize);
+        let width = if height == sampler.height() { sampler.width() } else { 2 * height };
+        let direction = |column: usize, row: usize| {
+            let at = [(row as f64 + 0.5) / height as f64, (column as f64 + 0.5) / width as f64];
+            Sphere.point(0, at).0.as_vec3()
+        };
+        let picture = Picture::from_fn(width, height, |x, y| sampler.radiance(direction(x, y)).into());
+        let luminances: Vec<f64> = picture.pixels().iter().map(|&texel| luminance(texel)).collect();
+        let measure = |i: usize| Sphere.picture_scale(0.5, ((i / width) as f64 + 0.5) / height as f64);
+        let integral = luminances.iter().enumerate().map(|(i, l)| l * measure(i)).sum::<f64>();
+        let target = luminances.iter().map(|l| l / integral * (width * height) as f64).collect();
+        // Exposed by the geometric mean: a sun does not darken its sky.
+        let lit = luminances.iter().filter(|l| **l > 0.0);
+        let mean = (lit.clone().map(|l| l.ln()).sum::<f64>() / lit.count().max(1) as f64).exp();
+        let tone = Tone::Srgb { stops: (0.18 / mean).log2() as f32 };
+        let stem = file.file_stem().map_or_else(|| "map".into(), |s| s.to_string_lossy());
+        Ok(Self {
+            name: stem.into_owned(),
+            sampler,
+            picture,
+            tone,
+            width,
+            height,
+            target,
+            seed: arguments.seed,
+        })
+    }
+
+    fn draw(&self, run: &Run<'_>, samples: u64) -> Result<()> {
+        let start = Instant::now();
+        let settings = run.settings(samples, &self.name);
+        let importance = Histogram::draw(&self.sampler, self.width, self.height, &settings);
+        let path = run.path(&self.name, samples);
+        run.say(&importance, start, &path);
+        // The uniform ones are only there to be looked at.
+        let settings = Settings { samples: importance.samples, progress: None, ..settings };
+        let uniform = Histogram::draw(&UniformSphere, self.width, self.height, &settings);
+        let (drawn, flat) = (importance.density(&Sphere), uniform.density(&Sphere));
+        let sheet = environment_sheet(
+            &self.name,
+            &EnvironmentFigure {
+                picture: &self.picture,
+                tone: self.tone,
+                samples: importance.samples,
+                uniform: &flat,
+                importance: &drawn,
+                target: &self.target,
+                uniform_dots: &dots(&UniformSphere, self.seed),
+                importance_dots: &dots(&self.sampler, self.seed),
+            },
+        );
+        let claimed = claimed_density(&self.sampler, self.width, self.height);
+        let figures = [
+            ("importance", drawn.as_slice()),
+            ("uniform", &flat),
+            ("claimed", &claimed),
+            ("target", &self.target),
+        ];
+        write_planes(common::with_extension(&path, "exr"), &planes(&importance, figures)?, Compression::Zip)?;
+        write_png(common::with_extension(&path, "png"), &sheet)?;
+        Ok(())
+    }
+}
+
+/// The places of the first samples of a histogram.
+fn dots<S: Sampler>(sampler: &S, seed: u64) -> Vec<[f64; 2]> {
+    let domain = sampler.domain();
+    let mut rng = stream(seed, "histogram", 0);
+    let mut xi = vec![0.0; sampler.dimensions()];
+    (0..DOTS)
+        .filter_map(|_| {
+            fill_unit(&mut rng, &mut xi);
+            let location = domain.locate(&sampler.sample(&xi)?.point).ok()?;
+            Some(domain.picture_position(&location))
+        })
+        .collect()
+}

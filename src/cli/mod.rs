@@ -1,0 +1,57 @@
+//! The command line: one file a command, each arguments, call, report, exit code.
+
+mod common;
+mod histogram;
+mod render;
+mod verify;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Find out whether Monte Carlo samplers are right, and how good they are.
+///
+/// Without a command: verifies every sampler that ships.
+#[derive(Parser)]
+#[command(name = "warpcheck", version, max_term_width = 100, after_help = AFTER_HELP)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Check samplers: all that ship, or those named (a family like `phong`, or `phong/50`)
+    Verify(verify::Arguments),
+    /// Draw samples of a map or of a shipped sampler and write their histogram
+    Histogram(histogram::Arguments),
+    /// Render a scene with one strategy, or all of them as a contact sheet
+    Render(render::Arguments),
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  warpcheck                                       verify all that ships, pictures in warpcheck-out/
+  warpcheck verify environment --samples 10M      only the environment maps, ten million samples each
+  warpcheck verify --list                         what there is
+  warpcheck histogram data/env/noon_grass_512.hdr --samples 1M,10M,100M
+  warpcheck histogram triangle/low-distortion     a shipped sampler on its own domain
+  warpcheck render data/scene/veach_a3.toml --strategy mis:0.5 --spp 64
+  warpcheck render data/scene/veach_a3.toml --sheet
+
+Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive, 130 stopped by Ctrl-C (what was done is kept).
+Counts take the suffixes k, M and G. Same seed, same bits, on any number of threads.";
+
+/// Runs the program.
+pub fn run() -> ExitCode {
+    let cli = Cli::parse();
+    let result = match cli.command {
+        None => verify::run(&verify::Arguments::default()),
+        Some(Command::Verify(arguments)) => verify::run(&arguments),
+        Some(Command::Histogram(arguments)) => histogram::run(&arguments),
+        Some(Command::Render(arguments)) => render::run(&arguments),
+    };
+    result.unwrap_or_else(|error| {
+        eprintln!("warpcheck: {}", common::sentence(&error));
+        ExitCode::from(2)
+    })
+}

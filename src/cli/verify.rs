@@ -1,0 +1,182 @@
+//! `warpcheck verify`: the battery on all shipped samplers, or those named.
+
+use super::common::{self, DEFAULT_OUT};
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use warpcheck::catalogue::{self, Entry};
+use warpcheck::picture::{Compression, write_atomically, write_planes, write_png};
+use warpcheck::report::{self, Style};
+use warpcheck::verify::{Report, Settings, Verdict};
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Samplers or families; all that ship if none is named
+    names: Vec<String>,
+    /// Samples of each sampler
+    #[arg(long, default_value = "1M", value_parser = common::count)]
+    samples: u64,
+    /// Seed
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Probability that a run of right samplers fails, at most
+    #[arg(long, default_value = "0.001", value_parser = common::level)]
+    alpha: f64,
+    /// Folder for pictures
+    #[arg(long, value_name = "DIR", default_value = DEFAULT_OUT)]
+    out: PathBuf,
+    /// Also write everything that was found as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// List the samplers that ship, and do nothing
+    #[arg(long)]
+    list: bool,
+    /// Exit with 0 if nothing fails, though something is inconclusive
+    #[arg(long)]
+    allow_inconclusive: bool,
+    /// Folder of the shipped maps and meshes
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
+}
+
+impl Default for Arguments {
+    fn default() -> Self {
+        Self {
+            names: Vec::new(),
+            samples: 1_000_000,
+            seed: 1,
+            alpha: 1e-3,
+            out: DEFAULT_OUT.into(),
+            json: None,
+            list: false,
+            allow_inconclusive: false,
+            data: None,
+        }
+    }
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let data = common::data_folder(arguments.data.as_deref())?;
+    let entries = catalogue::entries(&data);
+    let chosen = choose(&entries, &arguments.names)?;
+    if arguments.list {
+        return list(&chosen);
+    }
+    common::output_folder(&arguments.out)?;
+    arguments.json.as_deref().map(common::output_file).transpose()?;
+
+    let stop = common::stop_on_ctrl_c();
+    let bar = common::progress(chosen.len() as u64 * arguments.samples, "samples");
+    let mut settings = Settings {
+        samples: arguments.samples,
+        seed: arguments.seed,
+        alpha: arguments.alpha,
+        stop: Some(Arc::clone(&stop)),
+        ..Settings::default()
+    };
+    let mut examinations = Vec::new();
+    for (i, entry) in chosen.iter().enumerate() {
+        bar.set_message(entry.name.clone());
+        let (mine, before) = (bar.clone(), i as u64 * arguments.samples);
+        settings.progress = Some(Arc::new(move |drawn| mine.set_position(before + drawn.samples)));
+        let subject = entry.make().with_context(|| format!("can't make the sampler {}", entry.name))?;
+        examinations.push(subject.examine(&entry.name, &settings));
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+    }
+    bar.finish_and_clear();
+    let stopped = stop.load(Ordering::Relaxed);
+
+    let report = Report::new(examinations, &settings);
+    let replay = |name: &str| {
+        let Arguments { samples, seed, alpha, .. } = arguments;
+        format!("warpcheck verify {name} --samples {samples} --seed {seed} --alpha {alpha}")
+    };
+    let style = match std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
+        true => Style::Colour,
+        false => Style::Plain,
+    };
+    print(&report::table(&report, style, replay))?;
+    if stopped {
+        print(&format!(
+            "stopped: {} of {} samplers were examined\n",
+            report.examinations.len(),
+            chosen.len()
+        ))?;
+    }
+    write_pictures(&report, arguments)?;
+    if let Some(file) = &arguments.json {
+        let json = format!("{:#}\n", report::to_json(&report, replay));
+        write_atomically(file, |out| out.write_all(json.as_bytes()))?;
+    }
+    Ok(match report.verdict() {
+        _ if stopped => ExitCode::from(130),
+        Verdict::Fail => ExitCode::from(1),
+        Verdict::Inconclusive if !arguments.allow_inconclusive => ExitCode::from(3),
+        _ => ExitCode::SUCCESS,
+    })
+}
+
+fn choose<'a>(entries: &'a [Entry], names: &[String]) -> Result<Vec<&'a Entry>> {
+    if names.is_empty() {
+        return Ok(entries.iter().collect());
+    }
+    let mut chosen: Vec<&Entry> = Vec::new();
+    for name in names {
+        match catalogue::find(entries, name) {
+            Ok(found) => chosen.extend(found),
+            Err(Some(nearest)) => {
+                bail!("there is no sampler `{name}`; did you mean `{nearest}`? (--list shows all)")
+            }
+            Err(None) => bail!("there is no sampler `{name}` (--list shows all)"),
+        }
+    }
+    let mut seen = std::collections::HashSet::new();
+    chosen.retain(|entry| seen.insert(&entry.name));
+    Ok(chosen)
+}
+
+fn list(entries: &[&Entry]) -> Result<ExitCode> {
+    let width = entries.iter().map(|e| e.name.len()).max().unwrap_or(0);
+    let lines: String = entries.iter().map(|e| format!("{:width$}  {}\n", e.name, e.about)).collect();
+    print(&lines)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// To standard output; a reader that has seen enough (`| head`) is no error.
+fn print(text: &str) -> Result<()> {
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(error).context("can't write the result")
+        }
+        _ => Ok(()),
+    }
+}
+
+fn write_pictures(report: &Report, arguments: &Arguments) -> Result<()> {
+    if report.examinations.is_empty() {
+        return Ok(());
+    }
+    let bar = common::progress(report.examinations.len() as u64, "pictures");
+    bar.set_message("drawing");
+    for (i, examination) in report.examinations.iter().enumerate() {
+        let path = arguments.out.join(common::file_stem(&examination.name));
+        write_png(common::with_extension(&path, "png"), &report::residual_sheet(report, i))?;
+        if report.verdict_on(i) != Verdict::Pass {
+            let planes = report::residual_planes(examination)?;
+            write_planes(common::with_extension(&path, "exr"), &planes, Compression::Zip)?;
+        }
+        bar.inc(1);
+    }
+    write_png(arguments.out.join("overview.png"), &report::overview_sheet(report))?;
+    bar.finish_and_clear();
+    print(&format!(
+        "pictures: {}/ (overview.png, and observed | expected | residual of each sampler)\n",
+        arguments.out.display()
+    ))
+}

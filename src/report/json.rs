@@ -1,0 +1,78 @@
+//! A run as JSON, with a version, so that programs can rely on its shape.
+
+use crate::verify::{Evidence, Report, Verdict};
+use serde_json::{Value, json};
+
+fn verdict(v: Verdict) -> String {
+    v.to_string()
+}
+
+/// A number, or null where JSON has none for it.
+fn number(x: f64) -> Value {
+    serde_json::Number::from_f64(x).map_or(Value::Null, Value::Number)
+}
+
+/// Everything that a run found. `version` grows when the meaning of a field changes.
+///
+/// ```
+/// use warpcheck::sampler::UniformSphere;
+/// let report = warpcheck::verify(&UniformSphere).samples(50_000).run();
+/// let json = warpcheck::report::to_json(&report, |name| format!("warpcheck verify {name}"));
+/// assert_eq!(json["version"], 1);
+/// assert_eq!(json["samplers"][0]["verdict"], "pass");
+/// ```
+pub fn to_json(report: &Report, replay: impl Fn(&str) -> String) -> Value {
+    let samplers = report.examinations.iter().enumerate().map(|(i, e)| {
+        let findings = report.conclusions[i].iter().map(|c| {
+            let (p, conservative) = match c.finding.evidence {
+                Evidence::Certain(_) => (Value::Null, Value::Null),
+                Evidence::Chance { p, conservative } => (number(p), number(conservative)),
+            };
+            json!({
+                "check": c.finding.check,
+                "part": c.finding.part,
+                "verdict": verdict(c.verdict),
+                "p": p,
+                "p_conservative": conservative,
+                "p_adjusted": c.adjusted_p.map_or(Value::Null, number),
+                "detail": c.finding.detail,
+            })
+        });
+        let worst = e.worst_cells(10).into_iter().map(|cell| {
+            json!({
+                "place": cell.place,
+                "observed": cell.observed,
+                "expected": number(cell.expected),
+                "residual": number(cell.residual()),
+            })
+        });
+        let power = e.power(report.level());
+        let power = power
+            .iter()
+            .map(|p| json!({ "mass": p.mass, "relative_error": number(p.error), "probability": 0.99 }));
+        json!({
+            "name": e.name,
+            "domain": e.domain,
+            "per": e.per,
+            "verdict": verdict(report.verdict_on(i)),
+            "samples": e.samples,
+            "rejected": e.rejected,
+            "integral": { "value": number(e.integral.0), "error": number(e.integral.1) },
+            "findings": findings.collect::<Vec<_>>(),
+            "worst_cells": worst.collect::<Vec<_>>(),
+            "power": power.collect::<Vec<_>>(),
+            "seconds": e.time.as_secs_f64(),
+            "replay": replay(&e.name),
+        })
+    });
+    json!({
+        "version": 1,
+        "program": concat!("warpcheck ", env!("CARGO_PKG_VERSION")),
+        "verdict": verdict(report.verdict()),
+        "seed": report.seed,
+        "samples": report.samples,
+        "alpha": report.alpha,
+        "tests": report.tests,
+        "samplers": samplers.collect::<Vec<_>>(),
+    })
+}
