@@ -2,14 +2,14 @@
 
 /// `f(0), f(1), …, f(count - 1)`, in this order whatever the number of threads.
 #[cfg(feature = "parallel")]
-pub(crate) fn map<T: Send>(count: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
+pub(crate) fn map<T: Send>(count: usize, f: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
     use rayon::prelude::*;
     (0..count).into_par_iter().map(f).collect()
 }
 
 /// `f(0), f(1), …, f(count - 1)`.
 #[cfg(not(feature = "parallel"))]
-pub(crate) fn map<T: Send>(count: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
+pub(crate) fn map<T: Send>(count: usize, f: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
     (0..count).map(f).collect()
 }
 
@@ -17,9 +17,9 @@ pub(crate) fn map<T: Send>(count: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T
 #[cfg(feature = "parallel")]
 pub(crate) fn fold<T: Send>(
     count: usize,
-    empty: impl Fn() -> T + Sync,
-    add: impl Fn(&mut T, usize) + Sync,
-    merge: impl Fn(&mut T, T) + Sync,
+    empty: impl Fn() -> T + Send + Sync,
+    add: impl Fn(&mut T, usize) + Send + Sync,
+    merge: impl Fn(&mut T, T) + Send + Sync,
 ) -> T {
     let workers = rayon::current_num_threads().clamp(1, count.max(1));
     // One sum a thread: they can be large.
@@ -37,9 +37,9 @@ pub(crate) fn fold<T: Send>(
 #[cfg(not(feature = "parallel"))]
 pub(crate) fn fold<T: Send>(
     count: usize,
-    empty: impl Fn() -> T + Sync,
-    add: impl Fn(&mut T, usize) + Sync,
-    _merge: impl Fn(&mut T, T) + Sync,
+    empty: impl Fn() -> T + Send + Sync,
+    add: impl Fn(&mut T, usize) + Send + Sync,
+    _merge: impl Fn(&mut T, T) + Send + Sync,
 ) -> T {
     let mut sum = empty();
     (0..count).for_each(|i| add(&mut sum, i));

@@ -1,7 +1,6 @@
 //! The noncentral chi-square distribution: what a chi-square test sees when the sampler is wrong.
 //!
-//! P(X > x) = sum_j e^(-lambda/2) (lambda/2)^j / j! Q(df/2 + j, x/2)                            (DLMF-style form of
-//! Abramowitz and Stegun 26.4.25), summed outward from the largest Poisson weight, with
+//! P(X > x) = sum_j e^(-lambda/2) (lambda/2)^j / j! Q(df/2 + j, x/2) (Abramowitz and Stegun 26.4.25), summed outward from the largest Poisson weight, with
 //! Q(a + 1, y) = Q(a, y) + y^a e^-y / Gamma(a + 1) (Benton and Krishnamoorthy, CSDA 43, 2003). Beyond
 //! df + lambda = 1e12, Sankaran's power transformation to the normal (Biometrika 50, 1963) is exact to 1e-9.
 

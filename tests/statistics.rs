@@ -1,0 +1,523 @@
+//! The statistics against tables of many digits (`data/oracle`, made by `scripts/oracle_statistics.py`), against closed
+//! forms, and against laws that must hold for any input.
+
+use proptest::prelude::*;
+use warpcheck::statistics::welch::{Summary, welch_t_test};
+use warpcheck::statistics::{
+    CompensatedSum, Error, Moments, anderson_darling, beta, binomial, chi_square, gamma, kolmogorov,
+    multiplicity, normal, poisson, student_t,
+};
+
+/// The rows of a table, as numbers.
+fn table(name: &str) -> Vec<Vec<f64>> {
+    let path = format!("{}/data/oracle/{name}.csv", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect())
+        .collect();
+    assert!(rows.len() > 10, "{path} has only {} rows", rows.len());
+    rows
+}
+
+/// The largest relative error over a table, with the row where it occurs. Values below 1e-300 need only be as small.
+#[derive(Default)]
+struct Worst {
+    error: f64,
+    at: String,
+}
+
+impl Worst {
+    fn relative(&mut self, got: f64, truth: f64, at: impl std::fmt::Debug) {
+        if truth.abs() < 1e-300 {
+            assert!(got.abs() < 1.001e-300, "{got} should be {truth} at {at:?}");
+        } else {
+            self.absolute(got / truth, 1.0, (at, got, truth));
+        }
+    }
+
+    fn absolute(&mut self, got: f64, truth: f64, at: impl std::fmt::Debug) {
+        let error = (got - truth).abs();
+        if error.is_nan() || error > self.error {
+            *self = Self { error, at: format!("{at:?}") };
+        }
+    }
+
+    #[track_caller]
+    fn below(self, tolerance: f64) {
+        println!("largest error {:.2e} at {}", self.error, self.at);
+        assert!(
+            self.error < tolerance,
+            "error {:e}, but at most {tolerance:e} is promised: {}",
+            self.error,
+            self.at
+        );
+    }
+}
+
+#[test]
+fn normal_matches_the_table() {
+    let (mut sf, mut ln_sf, mut isf) = (Worst::default(), Worst::default(), Worst::default());
+    for row in table("normal") {
+        sf.relative(normal::sf(row[0]), row[1], &row);
+        ln_sf.relative(normal::ln_sf(row[0]), row[2], &row);
+        if row[1] > 0.0 && row[0] > -3.5 {
+            isf.absolute(normal::isf(row[1]).unwrap(), row[0], &row);
+        }
+    }
+    sf.below(1e-13);
+    ln_sf.below(1e-13);
+    isf.below(1e-13);
+}
+
+#[test]
+fn chi_square_matches_the_table() {
+    let (mut tails, mut logs, mut inverse) = (Worst::default(), Worst::default(), Worst::default());
+    for row in table("chi_square") {
+        let (df, x) = (row[0], row[1]);
+        tails.relative(chi_square::sf(x, df).unwrap(), row[2], &row);
+        tails.relative(chi_square::cdf(x, df).unwrap(), row[3], &row);
+        if row[2] > 1e-300 && row[2] < 0.9 {
+            logs.absolute(chi_square::ln_sf(x, df).unwrap(), row[2].ln(), &row);
+            inverse.relative(chi_square::isf(row[2], df).unwrap(), x, &row);
+        }
+    }
+    tails.below(2e-12);
+    logs.below(2e-12);
+    inverse.below(1e-12);
+}
+
+#[test]
+fn noncentral_chi_square_matches_the_table() {
+    let mut worst = Worst::default();
+    for row in table("noncentral_chi_square") {
+        worst.absolute(chi_square::noncentral_sf(row[2], row[0], row[1]).unwrap(), row[3], &row);
+        worst.absolute(chi_square::noncentral_cdf(row[2], row[0], row[1]).unwrap(), row[4], &row);
+    }
+    worst.below(1e-11);
+}
+
+#[test]
+fn noncentral_chi_square_is_continuous_where_the_normal_form_takes_over() {
+    for (df, lambda) in [(1e6_f64, 1e12_f64), (1.0, 1e12), (1e12, 1e6), (5e11, 5e11)] {
+        let sd = (2.0 * (df + 2.0 * lambda)).sqrt();
+        for z in [-3.0, -1.0, 0.0, 1.0, 3.0] {
+            let x = df + lambda + z * sd;
+            let below = chi_square::noncentral_sf(x - 2.0, df, lambda - 1.0).unwrap();
+            let above = chi_square::noncentral_sf(x + 2.0, df, lambda + 1.0).unwrap();
+            assert!((below - above).abs() < 1e-6, "{below} {above} at {df} {lambda} {z}");
+        }
+    }
+}
+
+#[test]
+fn power_is_what_the_noncentrality_was_asked_for() {
+    for df in [1.0, 9.0, 1000.0, 1e6] {
+        for (alpha, power) in [(0.05, 0.5), (1e-4, 0.99), (1e-9, 0.999), (0.01, 0.011)] {
+            let lambda = chi_square::noncentrality_for_power(alpha, df, power).unwrap();
+            let reached = chi_square::noncentral_sf(chi_square::isf(alpha, df).unwrap(), df, lambda).unwrap();
+            assert!((reached - power).abs() < 1e-9, "{reached} at {alpha} {df} {power}");
+        }
+    }
+    // One degree of freedom has a closed form: P(|Z + sqrt lambda| > z) = power.
+    let lambda: f64 = chi_square::noncentrality_for_power(1e-6, 1.0, 0.99).unwrap();
+    let z = normal::isf(0.5e-6).unwrap();
+    let power = normal::sf(z - lambda.sqrt()) + normal::sf(z + lambda.sqrt());
+    assert!((power - 0.99).abs() < 1e-10, "{power}");
+    assert_eq!(chi_square::noncentrality_for_power(0.5, 3.0, 0.2), Ok(0.0));
+}
+
+#[test]
+fn binomial_matches_the_table() {
+    let mut worst = Worst::default();
+    for row in table("binomial") {
+        let (k, n, p) = (row[0] as u64, row[1] as u64, row[2]);
+        worst.relative(binomial::upper_tail(k, n, p).unwrap(), row[3], &row);
+        worst.relative(binomial::lower_tail(k, n, p).unwrap(), row[4], &row);
+        if row[3] > 1e-300 {
+            let ln = binomial::ln_upper_tail(k, n, p).unwrap();
+            assert!((ln - row[3].ln()).abs() < 1e-10, "{ln} at {row:?}");
+        }
+    }
+    worst.below(1e-10);
+}
+
+#[test]
+fn poisson_matches_the_table() {
+    let mut worst = Worst::default();
+    for row in table("poisson") {
+        let (k, mean) = (row[0] as u64, row[1]);
+        worst.relative(poisson::upper_tail(k, mean).unwrap(), row[2], &row);
+        worst.relative(poisson::lower_tail(k - 1, mean).unwrap(), row[3], &row);
+    }
+    worst.below(1e-11);
+}
+
+#[test]
+fn student_t_matches_the_table() {
+    let mut worst = Worst::default();
+    for row in table("student_t") {
+        worst.relative(student_t::sf(row[0], row[1]).unwrap(), row[2], &row);
+    }
+    worst.below(1e-11);
+    let (t, normal) = (student_t::sf(3.0, 9.9e14).unwrap(), normal::sf(3.0));
+    assert!((t / normal - 1.0).abs() < 1e-11);
+}
+
+#[test]
+fn kolmogorov_matches_the_table() {
+    let (mut exact, mut expansion) = (Worst::default(), Worst::default());
+    for row in table("kolmogorov") {
+        let (d, n) = (row[0], row[1]);
+        let got = kolmogorov::sf(d, n as u64).unwrap();
+        let which = if n > 1000.0 && n * d * d < 4.0 { &mut expansion } else { &mut exact };
+        which.relative(got, row[2], &row);
+    }
+    exact.below(1e-10);
+    expansion.below(2e-6);
+}
+
+#[test]
+fn thinned_one_sided_sum_agrees_with_the_full_one() {
+    // 100 000 is the last size at which every term is taken: the tail must pass on smoothly.
+    for z in [2.0_f64, 3.0, 8.0, 18.0] {
+        let tail = |n: u64| kolmogorov::sf(z / (n as f64).sqrt(), n).unwrap().ln();
+        let (a, b, c) = (tail(99_999), tail(100_000), tail(100_001));
+        assert!((a - 2.0 * b + c).abs() < 1e-9 * b.abs(), "{a} {b} {c}");
+    }
+}
+
+#[test]
+fn kolmogorov_of_huge_samples_is_the_limiting_distribution() {
+    let limit = |z: f64| {
+        2.0 * (1..50)
+            .map(|k| f64::from(1 - 2 * ((k + 1) % 2)) * (-2.0 * (f64::from(k) * z).powi(2)).exp())
+            .sum::<f64>()
+    };
+    for z in [0.6, 1.0, 1.5, 2.5] {
+        let got = kolmogorov::sf(z * 1e-8, 10_000_000_000_000_000).unwrap();
+        assert!((got / limit(z) - 1.0).abs() < 1e-6, "{got} {}", limit(z));
+    }
+}
+
+#[test]
+fn two_sample_tail_counts_the_paths() {
+    // Enumeration of every ordering of 5 and 7 values.
+    let (m, n) = (5_u32, 7_u32);
+    let mut hits = std::collections::BTreeMap::new();
+    for order in (0_u32..1 << (m + n)).filter(|order| order.count_ones() == m) {
+        let (mut i, mut j, mut largest) = (0_i64, 0_i64, 0);
+        for bit in 0..m + n {
+            if order >> bit & 1 == 1 {
+                i += 1
+            } else {
+                j += 1
+            }
+            largest = largest.max((i * i64::from(n) - j * i64::from(m)).abs());
+        }
+        *hits.entry(largest).or_insert(0) += 1;
+    }
+    let total: i32 = hits.values().sum();
+    assert_eq!(total, 792);
+    for &distance in hits.keys() {
+        let truth = f64::from(hits.range(distance..).map(|(_, count)| count).sum::<i32>()) / 792.0;
+        let got = kolmogorov::two_sample_sf(distance as f64 / 35.0, 5, 7).unwrap();
+        assert!((got / truth - 1.0).abs() < 1e-13, "{distance}: {got} {truth}");
+    }
+}
+
+#[test]
+fn two_sample_statistic_handles_ties() {
+    let a = [0.0, 1.0, 1.0, 2.0];
+    let b = [1.0, 1.0, 2.0, 3.0];
+    assert_eq!(kolmogorov::two_sample(&a, &a).unwrap().statistic, 0.0);
+    assert_eq!(kolmogorov::two_sample(&a, &a).unwrap().p, 1.0);
+    assert_eq!(kolmogorov::two_sample(&a, &b).unwrap().statistic, 0.25);
+}
+
+#[test]
+fn two_sample_tail_passes_on_to_the_asymptotic_form() {
+    // Just below and above the largest lattice.
+    for z in [1.0, 1.5, 2.5] {
+        let tail = |n: u64| kolmogorov::two_sample_sf(z * (2.0 / n as f64).sqrt(), n, n + 1).unwrap();
+        let size = 2e8 / (2.0 * 2.0_f64.sqrt() * z);
+        let size = size.powf(2.0 / 3.0) as u64;
+        let (exact, asymptotic) = (tail(size * 99 / 100), tail(size * 101 / 100));
+        println!("{z}: {exact} {asymptotic}");
+        assert!((exact / asymptotic - 1.0).abs() < 0.03, "{exact} {asymptotic}");
+    }
+}
+
+#[test]
+fn anderson_darling_limit_matches_the_table() {
+    let mut worst = Worst::default();
+    for row in table("anderson_darling_limit") {
+        worst.relative(anderson_darling::limit_sf(row[0]), row[1], &row);
+    }
+    worst.below(1e-12);
+}
+
+#[test]
+fn anderson_darling_of_small_samples_matches_a_simulation() {
+    for row in table("anderson_darling_simulated") {
+        let share = row[2] / row[3];
+        let error = (share * (1.0 - share) / row[3]).sqrt();
+        let got = anderson_darling::sf(row[0], row[1] as u64).unwrap();
+        println!("{row:?}: {got:.6} {share:.6} {:+.1} sigma", (got - share) / error);
+        let model = match row[1] as u64 {
+            0..4 => 1.5e-2,
+            4..16 => 6e-4,
+            _ => 1e-4,
+        };
+        assert!((got - share).abs() < model + 4.0 * error, "{got}, simulated {share} +- {error} at {row:?}");
+    }
+    // One sample: A^2 >= z unless u (1 - u) > exp(-1 - z).
+    let u = 0.03_f64;
+    let figure = anderson_darling::one_sample(&[u]).unwrap();
+    assert!((figure.p - 2.0 * u).abs() < 1e-14);
+}
+
+#[test]
+fn welch_matches_a_worked_example() {
+    // t and p by SciPy 1.17 (ttest_ind, equal_var=False).
+    let a: Moments =
+        [27.5, 21.0, 19.0, 23.6, 17.0, 17.9, 16.9, 20.1, 21.9, 22.6, 23.1, 19.6, 19.0, 21.7, 21.4]
+            .into_iter()
+            .collect();
+    let b: Moments =
+        [27.1, 22.0, 20.8, 23.4, 23.4, 23.5, 25.8, 22.0, 24.8, 20.2, 21.9, 22.1, 22.9, 30.5, 24.4]
+            .into_iter()
+            .collect();
+    let found = welch_t_test(Summary::from(&a), Summary::from(&b)).unwrap();
+    println!("{found:?}");
+    assert!((found.p - WELCH_P).abs() < 1e-10 && (found.t - WELCH_T).abs() < 1e-10, "{found:?}");
+    let same = Summary { mean: 1.0, variance: 0.0, count: 5 };
+    assert_eq!(welch_t_test(same, same).unwrap().p, 1.0);
+    assert_eq!(welch_t_test(same, Summary { mean: 2.0, ..same }).unwrap().p, 0.0);
+    let one: Moments = [1.0].into_iter().collect();
+    let error = welch_t_test(same, Summary::from(&one)).unwrap_err();
+    assert_eq!(error, Error::TooFew { name: "sample", len: 1, min: 2 });
+}
+const WELCH_T: f64 = -2.8529548701715215;
+const WELCH_P: f64 = 0.008071938172194903;
+
+#[test]
+fn chi_square_statistic_and_its_errors() {
+    let figure =
+        chi_square::statistic(&[16, 18, 16, 14, 12, 12, 0], &[16.0, 16.0, 16.0, 16.0, 16.0, 8.0, 0.0])
+            .unwrap();
+    assert_eq!((figure.statistic, figure.df), (3.5, 5.0));
+    assert!((figure.ln_p - figure.p.ln()).abs() < 1e-14);
+    let impossible = chi_square::statistic(&[9999, 1], &[10_000.0, 0.0]).unwrap();
+    assert_eq!((impossible.p, impossible.ln_p), (0.0, f64::NEG_INFINITY));
+    assert_eq!(chi_square::g_statistic(&[9999, 1], &[10_000.0, 0.0]).unwrap().p, 0.0);
+    let single = chi_square::statistic(&[7], &[7.0]).unwrap();
+    assert_eq!((single.df, single.p), (0.0, 1.0));
+    for (observed, expected, part) in [
+        (&[1_u64][..], &[1.0, 2.0][..], "observed has 1 elements, but expected has 2"),
+        (&[1, 2], &[1.0, f64::NAN], "expected[1] is NaN"),
+        (&[1, 2], &[-1.0, 4.0], "expected[0] is -1"),
+        (&[500, 500], &[500.0, 400.0], "add up to 1000, expected counts to 900"),
+        (&[], &[], "at least 1"),
+    ] {
+        let message = chi_square::statistic(observed, expected).unwrap_err().to_string();
+        assert!(message.contains(part), "{message}");
+    }
+}
+
+#[test]
+fn chi_square_at_the_ends() {
+    assert_eq!(chi_square::sf(0.0, 0.0), Ok(1.0));
+    assert_eq!(chi_square::sf(1e-9, 0.0), Ok(0.0));
+    assert_eq!(chi_square::cdf(0.0, 0.0), Ok(1.0));
+    assert_eq!(chi_square::ln_sf(0.0, 0.0), Ok(0.0));
+    assert_eq!(chi_square::sf(f64::INFINITY, 3.0), Ok(0.0));
+    assert_eq!(chi_square::sf(-1.0, 3.0), Ok(1.0));
+    assert_eq!(chi_square::isf(0.0, 3.0), Ok(f64::INFINITY));
+    assert_eq!(chi_square::isf(1.0, 3.0), Ok(0.0));
+    assert!(chi_square::sf(f64::NAN, 3.0).is_err());
+    assert!(chi_square::sf(1.0, f64::INFINITY).is_err());
+    assert!(chi_square::sf(1.0, f64::NAN).is_err());
+    assert!(chi_square::isf(f64::NAN, 1.0).is_err());
+    assert!(chi_square::noncentral_sf(1.0, 1.0, f64::INFINITY).is_err());
+    // statrs gives 9.3e-10 here.
+    let x = chi_square::isf(1.0 - 1e-6, 1.0).unwrap();
+    assert!((x / 1.570796326795e-12 - 1.0).abs() < 1e-9, "{x:e}");
+}
+
+#[test]
+fn bad_arguments_are_errors_not_panics() {
+    let odd = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0, 0.0, 1e-310, 0.5, 1.0, 1e300];
+    for a in odd {
+        let _ = (normal::sf(a), normal::ln_sf(a), normal::isf(a), anderson_darling::limit_sf(a));
+        let _ = (multiplicity::sidak(a, 3), multiplicity::holm(&[a]), binomial::clopper_pearson(3, 7, a));
+        let _ = (
+            kolmogorov::one_sample(&[a]),
+            anderson_darling::one_sample(&[a]),
+            kolmogorov::two_sample(&[a], &[a]),
+        );
+        for n in [0, 1, 7, 1 << 40, u64::MAX] {
+            let _ = (kolmogorov::sf(a, n), anderson_darling::sf(a, n));
+            let _ = (poisson::upper_tail(n, a), poisson::lower_tail(n, a), poisson::pmf(n, a));
+            let _ =
+                (binomial::upper_tail(n, u64::MAX, a), binomial::lower_tail(n, 7, a), binomial::pmf(n, n, a));
+        }
+        for b in odd {
+            let _ =
+                (chi_square::sf(a, b), chi_square::ln_sf(a, b), chi_square::isf(a, b), student_t::sf(a, b));
+            let _ = (gamma::lower(a, b), gamma::upper(a, b), beta::lower(a, b, 0.3), beta::lower(a, 2.0, b));
+            let _ = chi_square::detectable_relative_error(a, 5, b);
+            let _ = (chi_square::noncentral_sf(a, b, 1.0), chi_square::noncentral_sf(1.0, a, b));
+        }
+    }
+}
+
+#[test]
+fn clopper_pearson_matches_published_limits() {
+    // Clopper and Pearson's own kind of example: 10 of 50 at 95 % (R: binom.test(10, 50)).
+    let interval = binomial::clopper_pearson(10, 50, 0.95).unwrap();
+    println!("{interval:?}");
+    assert!((interval.lower - 0.1003022).abs() < 1e-7 && (interval.upper - 0.3371831).abs() < 1e-7);
+    for (k, n) in
+        [(1, 1), (3, 1_000_000_000), (5_000_000_000, 10_000_000_000), (9_999_999_999, 10_000_000_000)]
+    {
+        let interval = binomial::clopper_pearson(k, n, 0.99).unwrap();
+        let upper_tail = binomial::upper_tail(k, n, interval.lower).unwrap();
+        assert!((upper_tail / 0.005 - 1.0).abs() < 1e-5, "{upper_tail} at {k} of {n}");
+        assert!(interval.contains(k as f64 / n as f64));
+    }
+    assert!(binomial::clopper_pearson(8, 7, 0.9).is_err());
+}
+
+#[test]
+fn compensated_sum_keeps_what_a_plain_sum_loses() {
+    let terms = || (1..=1_000_000).map(|i| 1.0 / f64::from(i));
+    let sum: CompensatedSum = terms().collect();
+    assert!((sum.value() - 14.392726722865724).abs() < 4e-15); // harmonic number of a million
+    assert_ne!(terms().sum::<f64>(), sum.value());
+    let mut parts = [CompensatedSum::new(); 7];
+    terms().enumerate().for_each(|(i, x)| parts[i % 7].add(x));
+    let mut merged = CompensatedSum::new();
+    parts.iter().for_each(|part| merged.merge(part));
+    assert!((merged.value() - sum.value()).abs() < 1e-14);
+    let infinite: CompensatedSum = [1.0, f64::INFINITY, 2.0].into_iter().collect();
+    assert_eq!(infinite.value(), f64::INFINITY);
+}
+
+#[test]
+fn moments_of_shifted_numbers_do_not_cancel() {
+    let moments: Moments = [4.0, 7.0, 13.0, 16.0].iter().map(|x| x + 1e9).collect();
+    assert_eq!((moments.mean(), moments.variance()), (1e9 + 10.0, Some(30.0)));
+    assert_eq!(Moments::new().variance(), None);
+}
+
+proptest! {
+    #[test]
+    fn chi_square_sf_falls_and_isf_undoes_it(df in 0.1_f64..1e6, z in -6.0_f64..20.0, step in 1e-6_f64..1.0) {
+        let sd = (2.0 * df).sqrt();
+        let x = (df + z * sd).max(1e-3 * df);
+        let (here, there) = (chi_square::sf(x, df).unwrap(), chi_square::sf(x + step * sd, df).unwrap());
+        prop_assert!(here >= there);
+        prop_assert!((here + chi_square::cdf(x, df).unwrap() - 1.0).abs() < 1e-14);
+        if here < 0.99 {
+            let back = chi_square::isf(here, df).unwrap();
+            prop_assert!((back / x - 1.0).abs() < 1e-9, "{} {}", back, x);
+        }
+    }
+
+    #[test]
+    fn binomial_tails_add_up(n in 1_u64..2_000_000_000, p in 1e-6_f64..1.0, z in -5.0_f64..5.0) {
+        let (mean, sd) = (n as f64 * p, (n as f64 * p * (1.0 - p)).sqrt());
+        let k = (mean + z * sd).clamp(0.0, n as f64) as u64;
+        let (upper, lower) = (binomial::upper_tail(k, n, p).unwrap(), binomial::lower_tail(k, n, p).unwrap());
+        let pmf = binomial::pmf(k, n, p).unwrap();
+        prop_assert!((upper + lower - 1.0 - pmf).abs() < 1e-11, "{} {} {}", upper, lower, pmf);
+        prop_assert!(upper <= binomial::upper_tail(k.saturating_sub(1), n, p).unwrap());
+        // One step changes the tail by the point probability: two routes to the same number.
+        let next = binomial::upper_tail(k + 1, n, p).unwrap();
+        prop_assert!((upper - next - pmf).abs() < 1e-11 * upper.max(1e-3), "{} {} {}", upper, next, pmf);
+    }
+
+    #[test]
+    fn poisson_tails_add_up(mean in 1e-3_f64..1e9, z in -5.0_f64..5.0) {
+        let k = (mean + z * mean.sqrt()).max(0.0) as u64;
+        let (upper, lower) = (poisson::upper_tail(k, mean).unwrap(), poisson::lower_tail(k, mean).unwrap());
+        prop_assert!((upper + lower - 1.0 - poisson::pmf(k, mean).unwrap()).abs() < 1e-11);
+    }
+
+    #[test]
+    fn clopper_pearson_is_the_acceptance_region_of_the_two_sided_test(n in 1_u64..10_000, share in 0.0_f64..=1.0) {
+        let k = (share * n as f64) as u64;
+        let interval = binomial::clopper_pearson(k, n, 0.95).unwrap();
+        prop_assert!(interval.contains(k as f64 / n as f64));
+        for (end, outwards) in [(interval.lower, -1e-6), (interval.upper, 1e-6)] {
+            if end > 0.0 && end < 1.0 {
+                prop_assert!(binomial::two_sided(k, n, end * (1.0 - outwards)).unwrap() >= 0.05);
+                prop_assert!(binomial::two_sided(k, n, (end * (1.0 + outwards)).min(1.0)).unwrap() <= 0.05 + 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn student_t_is_symmetric_and_falls(t in 0.0_f64..50.0, df in 0.5_f64..1e9) {
+        let upper = student_t::sf(t, df).unwrap();
+        prop_assert!((upper + student_t::sf(-t, df).unwrap() - 1.0).abs() < 1e-14);
+        prop_assert!(student_t::sf(t + 0.01, df).unwrap() < upper || upper == 0.0);
+        prop_assert!(upper >= normal::sf(t) * (1.0 - 1e-11));
+    }
+
+    #[test]
+    fn kolmogorov_sf_falls(n in 1_u64..3000, z in 0.1_f64..4.0) {
+        let d = z / (n as f64).sqrt();
+        let (here, there) = (kolmogorov::sf(d, n).unwrap(), kolmogorov::sf(d * 1.01, n).unwrap());
+        prop_assert!(here >= there - 1e-9 * here, "{} {}", here, there);
+    }
+
+    #[test]
+    fn two_sample_is_symmetric(a in prop::collection::vec(-1.0_f64..1.0, 1..60), b in prop::collection::vec(-1.0_f64..1.0, 1..60)) {
+        let (mut a, mut b) = (a, b);
+        a.sort_by(f64::total_cmp);
+        b.sort_by(f64::total_cmp);
+        let (one, two) = (kolmogorov::two_sample(&a, &b).unwrap(), kolmogorov::two_sample(&b, &a).unwrap());
+        prop_assert_eq!(one, two);
+        let again = kolmogorov::two_sample_sf(one.statistic, a.len() as u64, b.len() as u64).unwrap();
+        prop_assert_eq!(one.p, again);
+    }
+
+    #[test]
+    fn adjusted_p_values_keep_their_order(mut p in prop::collection::vec(0.0_f64..=1.0, 0..40), tiny in -300.0_f64..0.0) {
+        p.push(10_f64.powf(tiny));
+        let adjusted = multiplicity::holm(&p).unwrap();
+        for i in 0..p.len() {
+            prop_assert!(adjusted[i] >= p[i] && adjusted[i] <= (p[i] * p.len() as f64).min(1.0));
+            prop_assert!(multiplicity::sidak(p[i], p.len() as u64).unwrap() <= p[i] * p.len() as f64 * (1.0 + 1e-14));
+            for j in 0..p.len() {
+                prop_assert!(p[i] > p[j] || adjusted[i] <= adjusted[j]);
+            }
+        }
+    }
+
+    #[test]
+    fn merged_moments_are_the_moments_of_all(x in prop::collection::vec(-1e3_f64..1e3, 2..200), cut in 0.0_f64..1.0) {
+        let all: Moments = x.iter().copied().collect();
+        let (left, right) = x.split_at((cut * x.len() as f64) as usize);
+        let mut merged: Moments = left.iter().copied().collect();
+        merged.merge(&right.iter().copied().collect());
+        prop_assert_eq!(merged.count(), all.count());
+        prop_assert!((merged.mean() - all.mean()).abs() < 1e-10);
+        prop_assert!((merged.variance().unwrap() - all.variance().unwrap()).abs() < 1e-8);
+    }
+
+    #[test]
+    fn g_and_pearson_agree_near_the_expected_counts(e in prop::collection::vec(1e4_f64..1e6, 2..20), z in -1.0_f64..1.0) {
+        let mut expected: Vec<f64> = e.iter().map(|e| e.round()).collect();
+        let mut observed: Vec<u64> = expected.iter().map(|&e| (e + z * e.sqrt()) as u64).collect();
+        let (o, e): (u64, f64) = (observed.iter().sum(), expected.iter().sum());
+        let missing = o as f64 - e;
+        expected.push(1e6 + missing.max(0.0));
+        observed.push((1e6 + (-missing).max(0.0)) as u64);
+        let (x, g) = (chi_square::statistic(&observed, &expected).unwrap(), chi_square::g_statistic(&observed, &expected).unwrap());
+        prop_assert!((x.statistic - g.statistic).abs() < 0.05 * x.statistic + 1e-6, "{:?} {:?}", x, g);
+    }
+}
