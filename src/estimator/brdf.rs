@@ -1,0 +1,164 @@
+//! What a material reflects, and directions that follow it.
+//!
+//! Everything is in the frame of the surface, +Z its shading normal on the side that is looked at; w_o leads to the viewer,
+//! r is its mirror image, p_phong(w) = (n + 1) / 2 pi max(0, w . r)^n the normalised Phong lobe ([`PhongLobe`]). Per steradian:
+//!
+//! - convention `mtl`: f_r = K_d / pi + K_s p_phong, n = N_s;
+//! - convention `kd-phong`: f_r = K_d / pi if N_s <= 1, otherwise K_d p_phong with n = N_s and nothing else.
+//!
+//! (The lobe is normalised over the sphere about r, not with the cosine of the surface: a mirror direction at normal incidence
+//! reflects (n + 1)/(n + 2), and at grazing angles what falls under the surface is lost. Lafortune and Willems 1994 have n + 2.)
+//!
+//! Directions are drawn from p_brdf = (1 - g) cos theta / pi + g p_phong, where g is the largest channel of the glossy factor over the
+//! sum of both largest channels. f_r and p_brdf share one evaluation of the lobe, whose cosine is taken from the chord
+//! |w - r|: at n = 1e6 the dot product of two `f32` vectors has no digits left.
+//!
+//! Exponents over [`Reflection::LARGEST_EXPONENT`] = 1e9 are cut to it: that lobe is 4e-5 rad wide, the smallest angle at which
+//! differences of `f32` directions still have two digits.
+
+use crate::sampler::{CosineHemisphere, PhongLobe};
+use crate::scene::{Convention, Material};
+use glam::{Vec2, Vec3};
+use std::f32::consts::FRAC_1_PI;
+
+/// A material under a convention, for all directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reflection {
+    diffuse: Vec3,
+    glossy: Vec3,
+    exponent: f32,
+    /// g: the probability of drawing from the lobe.
+    glossy_share: f32,
+}
+
+/// A material seen from a direction.
+///
+/// ```
+/// use glam::Vec3;
+/// use warpcheck::estimator::Reflection;
+/// use warpcheck::scene::{Convention, Material};
+/// let grey = Material { kd: Vec3::splat(0.5), ..Material::default() };
+/// let brdf = Reflection::new(&grey, Convention::Mtl).seen_from(Vec3::Z);
+/// let (value, density) = brdf.evaluate(Vec3::new(0.6, 0.0, 0.8));
+/// assert!((value.x - 0.5 / std::f32::consts::PI).abs() < 1e-7);
+/// assert!((density - 0.8 / std::f32::consts::PI).abs() < 1e-7);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Brdf {
+    reflection: Reflection,
+    lobe: Option<PhongLobe>,
+}
+
+impl Reflection {
+    /// Larger exponents are cut to this one.
+    pub const LARGEST_EXPONENT: f32 = 1e9;
+
+    /// How a material reflects under a convention.
+    pub fn new(material: &Material, convention: Convention) -> Self {
+        let Material { kd, ks, ns, .. } = *material;
+        let (diffuse, glossy) = match convention {
+            Convention::Mtl => (kd, ks),
+            Convention::KdPhong if ns > 1.0 => (Vec3::ZERO, kd),
+            Convention::KdPhong => (kd, Vec3::ZERO),
+        };
+        let [d, g] = [diffuse, glossy].map(|k| k.max_element());
+        let glossy_share = if g > 0.0 { g / (d + g) } else { 0.0 };
+        Self { diffuse, glossy, exponent: ns.clamp(0.0, Self::LARGEST_EXPONENT), glossy_share }
+    }
+
+    /// Whether nothing is reflected.
+    pub fn is_black(&self) -> bool {
+        self.diffuse == Vec3::ZERO && self.glossy == Vec3::ZERO
+    }
+
+    /// The BRDF for a viewer in direction `out`, a unit vector with z > 0.
+    #[inline]
+    pub fn seen_from(&self, out: Vec3) -> Brdf {
+        let mirror = Vec3::new(-out.x, -out.y, out.z);
+        let lobe = if self.glossy_share > 0.0 { PhongLobe::new(mirror, self.exponent).ok() } else { None };
+        Brdf { reflection: *self, lobe }
+    }
+}
+
+impl Brdf {
+    /// The BRDF per steradian, without the cosine, and the density per solid angle with which [`sample`](Self::sample) draws
+    /// `w`. Both are 0 under the surface.
+    #[inline]
+    pub fn evaluate(&self, w: Vec3) -> (Vec3, f32) {
+        if w.z <= 0.0 {
+            return (Vec3::ZERO, 0.0);
+        }
+        let Reflection { diffuse, glossy, glossy_share: g, .. } = self.reflection;
+        let cosine = (1.0 - g) * CosineHemisphere.density(w);
+        match self.lobe.map(|lobe| lobe.density(w)) {
+            Some(phong) => (diffuse * FRAC_1_PI + glossy * phong, cosine + g * phong),
+            None => (diffuse * FRAC_1_PI, cosine),
+        }
+    }
+
+    /// The direction for variates in `[0, 1)`, the first of which chooses the lobe; `None` where it falls under the surface.
+    #[inline]
+    pub fn sample(&self, xi: [f32; 3]) -> Option<Vec3> {
+        let place = Vec2::new(xi[1], xi[2]);
+        match &self.lobe {
+            Some(lobe) if xi[0] < self.reflection.glossy_share => lobe.sample(place),
+            _ => Some(CosineHemisphere.sample(place)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{stream, to_f32, unit_f64};
+    use std::f64::consts::TAU;
+
+    fn material(kd: f32, ks: f32, ns: f32) -> Material {
+        Material { kd: Vec3::splat(kd), ks: Vec3::splat(ks), ns, ..Material::default() }
+    }
+
+    /// f cos / p over samples has the albedo as its mean: for the lobe (n + 1)/(n + 2) at normal incidence.
+    #[test]
+    fn albedo_at_normal_incidence() {
+        let cases = [
+            (Convention::Mtl, material(0.3, 0.5, 10.0), 0.3 + 0.5 * 11.0 / 12.0),
+            (Convention::Mtl, material(0.3, 0.0, 10.0), 0.3),
+            (Convention::KdPhong, material(0.8, 0.5, 10.0), 0.8 * 11.0 / 12.0),
+            (Convention::KdPhong, material(0.8, 0.5, 1.0), 0.8),
+            (Convention::KdPhong, material(1.0, 0.0, 1e6), 1.0),
+            (Convention::KdPhong, material(1.0, 0.0, 1e21), 1.0),
+        ];
+        for (convention, material, albedo) in cases {
+            let brdf = Reflection::new(&material, convention).seen_from(Vec3::Z);
+            let mut rng = stream(1, "brdf", 0);
+            let n = 200_000;
+            let weight = |w: Vec3| {
+                let (f, p) = brdf.evaluate(w);
+                assert!(f.is_finite() && p > 0.0, "{material:?} at {w}: {f} {p}");
+                f64::from(f.x * w.z / p)
+            };
+            let sum: f64 = (0..n)
+                .filter_map(|_| brdf.sample([(); 3].map(|()| to_f32(unit_f64(&mut rng)))))
+                .map(weight)
+                .sum();
+            assert!((sum / n as f64 - albedo).abs() < 2e-3, "{material:?}: {} for {albedo}", sum / n as f64);
+        }
+    }
+
+    #[test]
+    fn sharp_lobe_keeps_its_digits() {
+        // In the plane of incidence, 1 mrad off the mirror direction, n = 1e6: cos^n = exp(-n alpha^2 / 2).
+        let out = Vec3::new(-0.6, 0.0, 0.8);
+        let brdf = Reflection::new(&material(1.0, 0.0, 1e6), Convention::KdPhong).seen_from(out);
+        let angle = 0.6_f64.asin() + 1e-3;
+        let (f, _) = brdf.evaluate(Vec3::new(angle.sin() as f32, 0.0, angle.cos() as f32));
+        let exact = 1_000_001.0 / TAU * (1e6 * 1e-3_f64.cos().ln()).exp();
+        assert!((f64::from(f.x) / exact - 1.0).abs() < 1e-3, "{} for {exact}", f.x);
+    }
+
+    #[test]
+    fn black_is_black() {
+        assert!(Reflection::new(&material(0.0, 0.0, 5.0), Convention::Mtl).is_black());
+        assert!(Reflection::new(&material(0.0, 0.5, 5.0), Convention::KdPhong).is_black());
+    }
+}

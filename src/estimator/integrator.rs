@@ -1,0 +1,204 @@
+//! One sample of the radiance that arrives at a pixel.
+//!
+//! A camera ray finds the point x; its emission towards the camera is added as it is, and the light that it reflects is estimated with one
+//! direction w, drawn as the strategy says from a density p per solid angle:
+//!
+//!   L_i(x, w) f_r(w_o, w) max(n . w, 0) / p(w).
+//!
+//! - A direction from the BRDF or the hemisphere is followed to the first thing on it: L_i is an emitter's K_e on the sides that
+//!   emit, the environment's radiance if nothing is met, 0 otherwise.
+//! - A direction from the lights counts if the shadow ray reaches the very triangle that was drawn, or, for the environment, meets nothing.
+//!   No shadow ray is traced where emission, BRDF or cosine is 0.
+//! - `mis` divides either by c p_brdf + (1 - c) p_light, where p_light is of the *visible* point in that direction: it is on the triangle that was hit
+//!   or reached, so both ways give the same density (see [`crate::sampler::MeshLight`]).
+//!
+//! Surfaces have two sides, and the one that the camera sees is shaded. Directions have to leave on that side of both the geometric
+//! and the shading normal, so that no light leaks through; where the camera looks at the back of a shading normal, the geometric one
+//! is used. What falls under the surface has value 0 and is a sample like any other: nothing is ever drawn again.
+
+use super::{Brdf, Lights, Reflection, Strategy, Target};
+use crate::random::to_f32;
+use crate::sampler::{Frame, UniformHemisphere};
+use crate::scene::{Hit, RayQueries, Scene};
+use glam::{Vec2, Vec3};
+
+/// Estimates radiance with a strategy. See the file for its mathematics.
+///
+/// ```
+/// use warpcheck::estimator::{Integrator, Lights, Strategy};
+/// use warpcheck::scene::Scene;
+/// let scene = Scene::load(concat!(env!("CARGO_MANIFEST_DIR"), "/data/scene/cornell.toml"))?;
+/// let lights = Lights::load(&scene)?;
+/// let integrator = Integrator::new(&scene, &lights, Strategy::Light);
+/// let lamp = scene.camera.pixel_of(glam::Vec3::new(278.0, 548.0, 279.5)).unwrap();
+/// let radiance = integrator.radiance(lamp[0], lamp[1], [0.0, 0.5, 0.5, 0.5]);
+/// assert!(radiance.x >= 17.0); // K_e, and what the lamp reflects of itself: nothing
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Integrator<'a> {
+    scene: &'a Scene,
+    lights: &'a Lights,
+    reflections: Box<[Reflection]>,
+    directions: Directions,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Directions {
+    Uniform,
+    /// c p_brdf + (1 - c) p_light, with the ends `brdf` and `light`.
+    Mixture(f32),
+}
+
+/// A point that the camera sees, and how it reflects towards it.
+struct Shade<'a> {
+    scene: &'a Scene,
+    hit: Hit,
+    point: Vec3,
+    /// The geometric normal on the side that is seen.
+    side: Vec3,
+    /// About the shading normal.
+    frame: Frame,
+    brdf: Brdf,
+}
+
+/// f_r max(n . w, 0), and the density p_brdf.
+struct Response {
+    world: Vec3,
+    value: Vec3,
+    density: f32,
+}
+
+impl<'a> Integrator<'a> {
+    /// An integrator for a scene; `lights` have to be made from the same.
+    ///
+    /// # Panics
+    /// If the weight of a [`Strategy::Mis`] is not in [0, 1].
+    pub fn new(scene: &'a Scene, lights: &'a Lights, strategy: Strategy) -> Self {
+        let directions = match strategy {
+            Strategy::Uniform => Directions::Uniform,
+            Strategy::Brdf => Directions::Mixture(1.0),
+            Strategy::Light => Directions::Mixture(0.0),
+            Strategy::Mis { brdf_weight: c } => {
+                assert!((0.0..=1.0).contains(&c), "the weight of the BRDF is {c}; it must be from 0 to 1");
+                Directions::Mixture(c as f32)
+            }
+        };
+        let reflections = scene.materials.iter().map(|m| Reflection::new(m, scene.convention)).collect();
+        Self { scene, lights, reflections, directions }
+    }
+
+    /// An estimate of the radiance at a point of the picture (in [pixel coordinates](crate::scene::Camera)), for variates in `[0, 1)`: the first chooses
+    /// between BRDF and lights, the others the direction.
+    #[inline]
+    pub fn radiance(&self, x: f32, y: f32, xi: [f64; 4]) -> Vec3 {
+        let ray = self.scene.camera.ray(x, y);
+        let Some(hit) = self.scene.rays().closest(&ray) else {
+            return self.lights.sky_radiance(ray.direction);
+        };
+        let out = -ray.direction;
+        let emitted = self.scene.emitted(hit.triangle, out);
+        let reflected = self.shade(hit, out).and_then(|shade| self.direct(&shade, xi));
+        emitted + reflected.unwrap_or(Vec3::ZERO)
+    }
+
+    /// The point of a hit; `None` if it is black or seen edge-on.
+    #[inline]
+    fn shade(&self, hit: Hit, out: Vec3) -> Option<Shade<'a>> {
+        let triangle = &self.scene.triangles[hit.triangle as usize];
+        let reflection = &self.reflections[triangle.material as usize];
+        let facing = triangle.normal.dot(out);
+        if reflection.is_black() || facing == 0.0 {
+            return None;
+        }
+        let turn = 1.0_f32.copysign(facing);
+        let side = triangle.normal * turn;
+        let mut normal = self.scene.shading_normal(&hit) * turn;
+        if normal.dot(out) <= 0.0 {
+            normal = side;
+        }
+        let frame = Frame::new(normal);
+        let brdf = reflection.seen_from(frame.to_local(out));
+        Some(Shade { scene: self.scene, point: self.scene.point(&hit), hit, side, frame, brdf })
+    }
+
+    /// One estimate of the light that is reflected; `None` is 0.
+    #[inline]
+    fn direct(&self, at: &Shade, [pick, xi @ ..]: [f64; 4]) -> Option<Vec3> {
+        let xi32 = xi.map(to_f32);
+        match self.directions {
+            Directions::Uniform => {
+                let local = UniformHemisphere.sample(Vec2::new(xi32[1], xi32[2]));
+                let response = at.response(local, at.frame.to_world(local))?;
+                let (radiance, _) = self.arriving(at, response.world)?;
+                Some(response.value * radiance / UniformHemisphere.density(local))
+            }
+            // pick < 1, so that c = 1 is always and c = 0 never.
+            Directions::Mixture(c) if to_f32(pick) < c => {
+                let local = at.brdf.sample(xi32)?;
+                let response = at.response(local, at.frame.to_world(local))?;
+                let (radiance, target) = self.arriving(at, response.world)?;
+                let light = || match target {
+                    Target::Point { point, emitter } => {
+                        self.lights.density_of_point(at.point, point, emitter)
+                    }
+                    Target::Sky => self.lights.density_of_sky(response.world),
+                };
+                Some(response.value * radiance / mix(c, || response.density, light))
+            }
+            Directions::Mixture(c) => {
+                let draw = self.lights.sample(at.point, xi)?;
+                if draw.radiance == Vec3::ZERO {
+                    return None;
+                }
+                let response = at.response(at.frame.to_local(draw.direction), draw.direction)?;
+                let visible = match draw.target {
+                    Target::Point { point, emitter } => {
+                        let triangle = self.scene.emitters[emitter].triangle;
+                        self.scene.sees(at.point, at.hit.triangle, point, triangle)
+                    }
+                    Target::Sky => !self.scene.rays().occluded(&at.scene.leave(&at.hit, draw.direction)),
+                };
+                let density = mix(c, || response.density, || draw.density);
+                visible.then(|| response.value * draw.radiance / density)
+            }
+        }
+    }
+
+    /// What arrives along `w`, and where it comes from; `None` is darkness.
+    #[inline]
+    fn arriving(&self, at: &Shade, w: Vec3) -> Option<(Vec3, Target)> {
+        let (radiance, target) = match self.scene.rays().closest(&self.scene.leave(&at.hit, w)) {
+            None => (self.lights.sky_radiance(w), Target::Sky),
+            Some(hit) => {
+                let emitter = self.scene.emitter_of(hit.triangle)?;
+                let radiance = self.scene.emitted(hit.triangle, -w);
+                (radiance, Target::Point { point: self.scene.point(&hit), emitter })
+            }
+        };
+        (radiance != Vec3::ZERO).then_some((radiance, target))
+    }
+}
+
+impl Shade<'_> {
+    /// What the point makes of light from a direction, given in both frames; `None` if it is nothing.
+    #[inline]
+    fn response(&self, local: Vec3, world: Vec3) -> Option<Response> {
+        if local.z <= 0.0 || world.dot(self.side) <= 0.0 {
+            return None;
+        }
+        let (value, density) = self.brdf.evaluate(local);
+        let value = value * local.z;
+        (value != Vec3::ZERO).then_some(Response { world, value, density })
+    }
+}
+
+/// c a + (1 - c) b, where a part of weight 0 adds nothing and is not asked for.
+#[inline]
+fn mix(c: f32, a: impl FnOnce() -> f32, b: impl FnOnce() -> f32) -> f32 {
+    match c {
+        0.0 => b(),
+        1.0 => a(),
+        _ => c * a() + (1.0 - c) * b(),
+    }
+}
