@@ -1,6 +1,7 @@
 //! The list.
 
 use super::{Error, Subject, read_environment};
+use crate::fault;
 use crate::sampler::*;
 use crate::scene::{Material, Mesh};
 use glam::Vec3;
@@ -12,6 +13,8 @@ pub struct Entry {
     pub name: String,
     /// What it is, in half a line.
     pub about: String,
+    /// Whether it is right. What is broken is there to be looked at, and only made when named.
+    pub right: bool,
     make: Box<dyn Fn() -> Result<Box<dyn Subject>, Error> + Send + Sync>,
 }
 
@@ -43,6 +46,9 @@ pub fn entries(data: &Path) -> Vec<Entry> {
     all.environments();
     all.directions();
     all.mixtures();
+    let right = all.entries.len();
+    all.broken();
+    all.entries[right..].iter_mut().for_each(|entry| entry.right = false);
     all.entries
 }
 
@@ -60,7 +66,12 @@ impl List {
     ) {
         let data = self.data.clone();
         let make = move || Ok(Box::new(make(&data)?) as Box<dyn Subject>);
-        self.entries.push(Entry { name: name.into(), about: about.into(), make: Box::new(make) });
+        self.entries.push(Entry {
+            name: name.into(),
+            about: about.into(),
+            right: true,
+            make: Box::new(make),
+        });
     }
 
     fn discrete(&mut self) {
@@ -165,6 +176,21 @@ impl List {
         }
         self.add("ggx/0.3-grazing", "GGX visible normals, alpha 0.3, at 85 degrees", |_| {
             Ok(GgxVisibleNormals::new(grazing(), 0.3)?)
+        });
+    }
+
+    fn broken(&mut self) {
+        self.add("broken/branch-squared", "barycentric warp that branches at xi0 < xi1^2", |_| {
+            Ok(fault::barycentric_branch_squared())
+        });
+        self.add(
+            "broken/uniform-for-cosine",
+            "uniform hemisphere with the density of cosine weighting",
+            |_| Ok(fault::uniform_with_cosine_density()),
+        );
+        self.add("broken/environment-no-sine", "environment map sampled without sin theta", |data| {
+            let file = data.join("env/noon_grass_512.hdr");
+            Ok(fault::environment_without_sine(read_environment(&file, RowWarp::UniformV)?)?)
         });
     }
 

@@ -62,6 +62,9 @@ impl Default for Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let data = common::data_folder(arguments.data.as_deref())?;
     let entries = catalogue::entries(&data);
+    if arguments.list && arguments.names.is_empty() {
+        return list(&entries.iter().collect::<Vec<_>>());
+    }
     let chosen = choose(&entries, &arguments.names)?;
     if arguments.list {
         return list(&chosen);
@@ -124,7 +127,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 
 fn choose<'a>(entries: &'a [Entry], names: &[String]) -> Result<Vec<&'a Entry>> {
     if names.is_empty() {
-        return Ok(entries.iter().collect());
+        return Ok(entries.iter().filter(|entry| entry.right).collect());
     }
     let mut chosen: Vec<&Entry> = Vec::new();
     for name in names {

@@ -55,10 +55,12 @@ impl PhongLobe {
     #[inline]
     pub fn density(&self, w: Vec3) -> f32 {
         let drop = 0.5 * (w - self.frame.normal).length_squared();
-        if w.z <= 0.0 || drop >= 1.0 {
+        // The chord has the digits near the mirror direction, the dot product has them near the rim.
+        let log_cosine = if drop < 0.5 { (-drop).ln_1p() } else { w.dot(self.frame.normal).max(0.0).ln() };
+        if w.z <= 0.0 || log_cosine == f32::NEG_INFINITY {
             return 0.0;
         }
-        (self.exponent + 1.0) * 0.5 * FRAC_1_PI * (self.exponent * (-drop).ln_1p()).exp()
+        (self.exponent + 1.0) * 0.5 * FRAC_1_PI * (self.exponent * log_cosine).exp()
     }
 }
 
