@@ -1,16 +1,19 @@
 //! Do two estimates of the same picture agree?
 //!
-//! For each block and channel z = (a - b) / sqrt(s_a^2 + s_b^2 + (r m)^2), m = (a + b) / 2, which is standard normal if both estimates
-//! are of the same quantity and the means are of many samples. The largest |z| catches what is wrong in one place. An error that is
-//! small everywhere hides in it: a hundred blocks that are all 2 % too bright, each known to 2 %. So the mean over the blocks of the relative
-//! difference d = (a - b) / m is judged as well, channel by channel, which gains a factor of sqrt(blocks). (Not the mean of z, nor weights
-//! 1 / s^2: where radiance has a heavy tail, the blocks that came out too dark also claim too small an error, and would pull it down.)
+//! For each block and channel z = (a - b) / sqrt(s_a^2 + s_b^2 + (r m)^2), m = (a + b) / 2, which is standard
+//! normal if both estimates are of the same quantity and the means are of many samples. The largest |z| catches
+//! what is wrong in one place. An error that is small everywhere hides in it: a hundred blocks that are all 2 %
+//! too bright, each known to 2 %. So the mean over the blocks of the relative difference d = (a - b) / m is
+//! judged as well, channel by channel, which gains a factor of sqrt(blocks). (Not the mean of z, nor weights 1
+//! / s^2: where radiance has a heavy tail, the blocks that came out too dark also claim too small an error, and
+//! would pull it down.)
 //!
-//! The p-value is the smallest of all these tests, corrected for their number (Šidák). The channels of a block depend on each other,
-//! which makes that correction a little too careful.
+//! The p-value is the smallest of all these tests, corrected for their number (Šidák). The channels of a block
+//! depend on each other, which makes that correction a little too careful.
 //!
-//! A mean that hangs on few samples has no normal distribution, and no standard error to trust: what neither estimate has seen is not in it.
-//! Blocks where either has fewer than [`Rules::least_effective`] samples that count ([`Blocks::effective`]) are left out and counted.
+//! A mean that hangs on few samples has no normal distribution, and no standard error to trust: what neither
+//! estimate has seen is not in it. Blocks where either has fewer than [`Rules::least_effective`] samples that
+//! count ([`Blocks::effective`]) are left out and counted.
 
 use super::{Blocks, Error};
 use crate::statistics::{multiplicity::sidak, normal};
@@ -21,8 +24,8 @@ use std::fmt;
 pub struct Rules {
     /// How many samples a mean has to hang on; 100 by default.
     pub least_effective: f64,
-    /// r: a relative error that neither standard error knows of, added in quadrature. At least 1e-6 is allowed in any case, for the rounding
-    /// of `f32` radiance.
+    /// r: a relative error that neither standard error knows of, added in quadrature. At least 1e-6 is allowed
+    /// in any case, for the rounding of `f32` radiance.
     pub allowance: f64,
 }
 
@@ -58,7 +61,8 @@ pub struct Agreement {
     pub largest: Option<Deviation>,
     /// The mean of z^2 over what was compared: near 1 if the standard errors are right.
     pub mean_square: f64,
-    /// Mean relative difference first - second, and its standard error, by channel; NaN where nothing was compared.
+    /// Mean relative difference first - second, and its standard error, by channel; NaN where nothing was
+    /// compared.
     pub brightness: [(f64, f64); 3],
     /// The probability of something at least as unlikely by chance, corrected for the number of tests.
     pub p: f64,
@@ -70,8 +74,8 @@ impl Agreement {
         self.compared > 0 && self.p >= level
     }
 
-    /// The smallest relative error of the brightness, the same everywhere, that is judged wrong at this level more often than not: what
-    /// agreement rules out.
+    /// The smallest relative error of the brightness, the same everywhere, that is judged wrong at this level
+    /// more often than not: what agreement rules out.
     pub fn would_catch(&self, level: f64) -> f64 {
         let single = level / (self.compared + 3) as f64;
         let z = normal::isf(single / 2.0).unwrap_or(f64::NAN);
@@ -95,7 +99,8 @@ impl fmt::Display for Agreement {
     }
 }
 
-/// Compares two independent estimates of the same picture, leaving out the blocks (column, row) for which `leave_out` says so.
+/// Compares two independent estimates of the same picture, leaving out the blocks (column, row) for which
+/// `leave_out` says so.
 ///
 /// ```
 /// use warpcheck::estimator::{Blocks, Rules, compare};
@@ -145,6 +150,7 @@ pub fn compare(
             let random = sa * sa + sb * sb;
             let error = (random + (allowance * mean).powi(2)).sqrt();
             let z = if a == b { 0.0 } else { (a - b) / error };
+            let z = if z.is_nan() { f64::INFINITY } else { z };
             compared += 1;
             squares += z * z;
             if largest.is_none_or(|l| z.abs() > l.z.abs()) {
@@ -163,8 +169,7 @@ pub fn compare(
         relative.map(|(n, sum, variance)| (sum / n, (variance / (n * n) + allowance * allowance).sqrt()));
     let overall = brightness.iter().map(|(d, e)| (d / e).abs()).filter(|z| !z.is_nan());
     let extreme = overall.fold(largest.map_or(0.0, |l| l.z.abs()), f64::max);
-    let p = if extreme.is_nan() { 0.0 } else { 2.0 * normal::sf(extreme) };
-    let p = sidak(p.min(1.0), compared as u64 + 3).unwrap_or(0.0);
+    let p = sidak((2.0 * normal::sf(extreme)).min(1.0), compared as u64 + 3).unwrap_or(0.0);
     Ok(Agreement {
         compared,
         left_out,
@@ -174,4 +179,43 @@ pub fn compare(
         brightness,
         p,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn flat(mean: f64, error: f64, effective: f64) -> Blocks {
+        let (means, standard_errors) = (vec![[mean; 3]; 4], vec![[error; 3]; 4]);
+        Blocks { size: 2, columns: 2, rows: 2, means, standard_errors, effective: vec![[effective; 3]; 4] }
+    }
+
+    #[test]
+    fn figures() {
+        let (a, b) = (flat(1.3, 0.03, 1e3), flat(1.25, 0.04, f64::INFINITY));
+        let judged = compare(&a, &b, Rules::default(), |x, y| (x, y) == (1, 0)).unwrap();
+        assert_eq!((judged.compared, judged.left_out, judged.too_few), (9, 3, 0));
+        assert!((judged.largest.unwrap().z - 1.0).abs() < 1e-6);
+        let (difference, error) = judged.brightness[1];
+        assert!((difference - 0.05 / 1.275).abs() < 1e-12);
+        assert!((error - 0.05 / 1.275 / 3.0_f64.sqrt()).abs() < 1e-9);
+        assert!(judged.agrees(1e-3) && judged.would_catch(1e-3) > 3.0 * error);
+        // What both allow for is not averaged away.
+        let allowed = compare(&a, &b, Rules { allowance: 0.1, ..Rules::default() }, |_, _| false).unwrap();
+        assert!(allowed.brightness[0].1 > 0.1);
+    }
+
+    #[test]
+    fn few_samples_and_no_variance() {
+        let judged =
+            compare(&flat(0.0, 0.0, 0.0), &flat(1.0, 0.1, 1e3), Rules::default(), |_, _| false).unwrap();
+        assert_eq!((judged.compared, judged.too_few), (0, 12));
+        assert!(!judged.agrees(1e-3)); // nothing was shown
+        assert_eq!(judged.to_string(), "nothing to compare");
+        let exact =
+            |a, b| compare(&flat(a, 0.0, 1e3), &flat(b, 0.0, 1e3), Rules::default(), |_, _| false).unwrap();
+        assert!(exact(0.5, 0.500_000_1).agrees(1e-3)); // rounding
+        assert!(!exact(0.5, 0.501).agrees(1e-3));
+        assert!(!exact(0.5, f64::NAN).agrees(1e-3));
+    }
 }

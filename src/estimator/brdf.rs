@@ -1,20 +1,23 @@
 //! What a material reflects, and directions that follow it.
 //!
-//! Everything is in the frame of the surface, +Z its shading normal on the side that is looked at; w_o leads to the viewer,
-//! r is its mirror image, p_phong(w) = (n + 1) / 2 pi max(0, w . r)^n the normalised Phong lobe ([`PhongLobe`]). Per steradian:
+//! Everything is in the frame of the surface, +Z its shading normal on the side that is looked at; w_o leads to
+//! the viewer, r is its mirror image, p_phong(w) = (n + 1) / 2 pi max(0, w . r)^n the normalised Phong lobe
+//! ([`PhongLobe`]). Per steradian:
 //!
 //! - convention `mtl`: f_r = K_d / pi + K_s p_phong, n = N_s;
 //! - convention `kd-phong`: f_r = K_d / pi if N_s <= 1, otherwise K_d p_phong with n = N_s and nothing else.
 //!
-//! (The lobe is normalised over the sphere about r, not with the cosine of the surface: a mirror direction at normal incidence
-//! reflects (n + 1)/(n + 2), and at grazing angles what falls under the surface is lost. Lafortune and Willems 1994 have n + 2.)
+//! (The lobe is normalised over the sphere about r, not with the cosine of the surface: a mirror direction at
+//! normal incidence reflects (n + 1)/(n + 2), and at grazing angles what falls under the surface is lost.
+//! Lafortune and Willems 1994 have n + 2.)
 //!
-//! Directions are drawn from p_brdf = (1 - g) cos theta / pi + g p_phong, where g is the largest channel of the glossy factor over the
-//! sum of both largest channels. f_r and p_brdf share one evaluation of the lobe, whose cosine is taken from the chord
+//! Directions are drawn from p_brdf = (1 - g) cos theta / pi + g p_phong, where g is the largest channel of the
+//! glossy factor over the sum of both largest channels. f_r and p_brdf share one evaluation of the lobe, whose
+//! cosine is taken from the chord
 //! |w - r|: at n = 1e6 the dot product of two `f32` vectors has no digits left.
 //!
-//! Exponents over [`Reflection::LARGEST_EXPONENT`] = 1e9 are cut to it: that lobe is 4e-5 rad wide, the smallest angle at which
-//! differences of `f32` directions still have two digits.
+//! Exponents over [`Reflection::LARGEST_EXPONENT`] = 1e9 are cut to it: that lobe is 4e-5 rad wide, the
+//! smallest angle at which differences of `f32` directions still have two digits.
 
 use crate::sampler::{CosineHemisphere, PhongLobe};
 use crate::scene::{Convention, Material};
@@ -81,8 +84,8 @@ impl Reflection {
 }
 
 impl Brdf {
-    /// The BRDF per steradian, without the cosine, and the density per solid angle with which [`sample`](Self::sample) draws
-    /// `w`. Both are 0 under the surface.
+    /// The BRDF per steradian, without the cosine, and the density per solid angle with which
+    /// [`sample`](Self::sample) draws `w`. Both are 0 under the surface.
     #[inline]
     pub fn evaluate(&self, w: Vec3) -> (Vec3, f32) {
         if w.z <= 0.0 {
@@ -96,7 +99,8 @@ impl Brdf {
         }
     }
 
-    /// The direction for variates in `[0, 1)`, the first of which chooses the lobe; `None` where it falls under the surface.
+    /// The direction for variates in `[0, 1)`, the first of which chooses the lobe; `None` where it falls under
+    /// the surface.
     #[inline]
     pub fn sample(&self, xi: [f32; 3]) -> Option<Vec3> {
         let place = Vec2::new(xi[1], xi[2]);

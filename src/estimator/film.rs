@@ -1,8 +1,9 @@
 //! Sums over samples, and what is read from them.
 //!
-//! Sums of radiance and of its square, in `f64`. An `f32` sum stalls when it is 2^24 times a sample; here 1e8 samples of equal size
-//! lose at most 1e-8 of their mean, typically 1e-12. The variance (S_2 - S_1^2 / n)/(n - 1) then resolves standard deviations down to
-//! 1e-6 of the mean, which `f32` radiance does not go below; where rounding would make it negative it is 0.
+//! Sums of radiance and of its square, in `f64`. An `f32` sum stalls when it is 2^24 times a sample; here 1e8
+//! samples of equal size lose at most 1e-8 of their mean, typically 1e-12. The variance is
+//! (S_2 - S_1^2 / n)/(n - 1), which resolves standard deviations down to 1e-6 of the mean (`f32` radiance does
+//! not go far below); where rounding would make it negative it is 0.
 
 use crate::picture::Picture;
 use glam::DVec3;
@@ -168,11 +169,12 @@ pub struct Blocks {
     pub rows: usize,
     /// Mean over the block.
     pub means: Vec<[f64; 3]>,
-    /// Its standard error, from the variances of the pixels: the differences between pixels are no error. Infinite if a
-    /// pixel has fewer than two samples.
+    /// Its standard error, from the variances of the pixels: the differences between pixels are no error.
+    /// Infinite if a pixel has fewer than two samples.
     pub standard_errors: Vec<[f64; 3]>,
-    /// How many samples the mean hangs on: (sum x)^2 / sum x^2 over all samples x of the block (Kish 1965), k if k of them have the same
-    /// radiance and the others none. Few mean that the standard error itself can't be trusted. Infinite where unknown.
+    /// How many samples the mean hangs on: (sum x)^2 / sum x^2 over all samples x of the block (Kish 1965), k
+    /// if k of them have the same radiance and the others none. Few mean that the standard error itself can't
+    /// be trusted. Infinite where unknown.
     pub effective: Vec<[f64; 3]>,
 }
 

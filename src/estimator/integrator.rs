@@ -1,20 +1,22 @@
 //! One sample of the radiance that arrives at a pixel.
 //!
-//! A camera ray finds the point x; its emission towards the camera is added as it is, and the light that it reflects is estimated with one
-//! direction w, drawn as the strategy says from a density p per solid angle:
+//! A camera ray finds the point x; its emission towards the camera is added as it is, and the light that it
+//! reflects is estimated with one direction w, drawn as the strategy says from a density p per solid angle:
 //!
 //!   L_i(x, w) f_r(w_o, w) max(n . w, 0) / p(w).
 //!
-//! - A direction from the BRDF or the hemisphere is followed to the first thing on it: L_i is an emitter's K_e on the sides that
-//!   emit, the environment's radiance if nothing is met, 0 otherwise.
-//! - A direction from the lights counts if the shadow ray reaches the very triangle that was drawn, or, for the environment, meets nothing.
-//!   No shadow ray is traced where emission, BRDF or cosine is 0.
-//! - `mis` divides either by c p_brdf + (1 - c) p_light, where p_light is of the *visible* point in that direction: it is on the triangle that was hit
-//!   or reached, so both ways give the same density (see [`crate::sampler::MeshLight`]).
+//! - A direction from the BRDF or the hemisphere is followed to the first thing on it: L_i is an emitter's K_e
+//!   on the sides that emit, the environment's radiance if nothing is met, 0 otherwise.
+//! - A direction from the lights counts if the shadow ray reaches the very triangle that was drawn, or, for the
+//!   environment, meets nothing. No shadow ray is traced where emission, BRDF or cosine is 0.
+//! - `mis` divides either by c p_brdf + (1 - c) p_light, where p_light is of the *visible* point in that
+//!   direction: it is on the triangle that was hit or reached, so both ways give the same density (see
+//!   [`crate::sampler::MeshLight`]).
 //!
-//! Surfaces have two sides, and the one that the camera sees is shaded. Directions have to leave on that side of both the geometric
-//! and the shading normal, so that no light leaks through; where the camera looks at the back of a shading normal, the geometric one
-//! is used. What falls under the surface has value 0 and is a sample like any other: nothing is ever drawn again.
+//! Surfaces have two sides, and the one that the camera sees is shaded. Directions have to leave on that side
+//! of both the geometric and the shading normal, so that no light leaks through; where the camera looks at the
+//! back of a shading normal, the geometric one is used. What falls under the surface has value 0 and is a
+//! sample like any other: nothing is ever drawn again.
 
 use super::{Brdf, Lights, Reflection, Strategy, Target};
 use crate::random::to_f32;
@@ -88,8 +90,8 @@ impl<'a> Integrator<'a> {
         Self { scene, lights, reflections, directions }
     }
 
-    /// An estimate of the radiance at a point of the picture (in [pixel coordinates](crate::scene::Camera)), for variates in `[0, 1)`: the first chooses
-    /// between BRDF and lights, the others the direction.
+    /// An estimate of the radiance at a point of the picture (in [pixel coordinates](crate::scene::Camera)),
+    /// for variates in `[0, 1)`: the first chooses between BRDF and lights, the others the direction.
     #[inline]
     pub fn radiance(&self, x: f32, y: f32, xi: [f64; 4]) -> Vec3 {
         let ray = self.scene.camera.ray(x, y);

@@ -1,14 +1,16 @@
 //! All lights of a scene as one sampler of directions.
 //!
-//! Mesh emitters are sampled by area: one [`MeshLight`] over all of them, density 1 / total emissive area per area. The environment
-//! is sampled by its marginal and conditional CDFs ([`Environment`]). Where a scene has both, the emitters are chosen with probability
-//! q = 1/2 and the environment otherwise, whatever their powers; so the density per solid angle as seen from x is
+//! Mesh emitters are sampled by area: one [`MeshLight`] over all of them, density 1 / total emissive area per
+//! area. The environment is sampled by its marginal and conditional CDFs ([`Environment`]). Where a scene has
+//! both, the emitters are chosen with probability q = 1/2 and the environment otherwise, whatever their powers;
+//! so the density per solid angle as seen from x is
 //!
 //! - q |y - x|^2 / (A max(0, n_y . -w)) of the point y of an emitter, and
 //! - (1 - q) p_map(w) of a direction in which nothing is met,
 //!
-//! with q = 1 without environment and q = 0 without emitters. A direction leads to one or the other, since what is *visible* there is
-//! one thing: no sum of both is needed, nor over the emitters behind the first (see [`MeshLight`] on the two densities).
+//! with q = 1 without environment and q = 0 without emitters. A direction leads to one or the other, since what
+//! is *visible* there is one thing: no sum of both is needed, nor over the emitters behind the first (see
+//! [`MeshLight`] on the two densities).
 
 use super::Error;
 use crate::picture;
@@ -75,8 +77,9 @@ pub struct LightDraw {
 }
 
 impl Lights {
-    /// The lights of `scene`, with `map` as its environment if there is one. The map stands as the scene's `[environment]` says, or, if
-    /// the scene has none, with its zenith up (+Y). Its radiance is taken as it is, the scene's `scale` has to be in it.
+    /// The lights of `scene`, with `map` as its environment if there is one. The map stands as the scene's
+    /// `[environment]` says, or, if the scene has none, with its zenith up (+Y). Its radiance is taken as it
+    /// is, the scene's `scale` has to be in it.
     ///
     /// # Errors
     /// If there is neither an emitter nor a map, or the emitters can't be sampled.
@@ -104,8 +107,8 @@ impl Lights {
         Ok(Self { mesh, radiance: scene.emitters.iter().map(|e| e.radiance).collect(), sky, mesh_share })
     }
 
-    /// The lights of `scene`; reads its environment map, if it names one, and multiplies it by the scene's `scale`. Samples are uniform in
-    /// cos theta inside a texel.
+    /// The lights of `scene`; reads its environment map, if it names one, and multiplies it by the scene's
+    /// `scale`. Samples are uniform in cos theta inside a texel.
     ///
     /// # Errors
     /// As [`new`](Self::new), and if the map can't be read or has texels that are no radiance.
@@ -126,8 +129,8 @@ impl Lights {
         self.mesh_share
     }
 
-    /// A direction from `x` towards a light for variates in `[0, 1)`; `None` where it is an emitter's dark side. Whether the target is visible
-    /// is for the caller to find out.
+    /// A direction from `x` towards a light for variates in `[0, 1)`; `None` where it is an emitter's dark
+    /// side. Whether the target is visible is for the caller to find out.
     #[inline]
     pub fn sample(&self, x: Vec3, xi: [f64; 3]) -> Option<LightDraw> {
         let q = self.mesh_share;
@@ -154,7 +157,8 @@ impl Lights {
         }
     }
 
-    /// Density per solid angle, as seen from `x`, of the point `y` of an emitter: what [`sample`](Self::sample) gives if it draws that point.
+    /// Density per solid angle, as seen from `x`, of the point `y` of an emitter: what [`sample`](Self::sample)
+    /// gives if it draws that point.
     #[inline]
     pub fn density_of_point(&self, x: Vec3, y: Vec3, emitter: usize) -> f32 {
         let Some(mesh) = &self.mesh else { return 0.0 };
@@ -173,5 +177,42 @@ impl Lights {
     pub fn sky_radiance(&self, w: Vec3) -> Vec3 {
         let Some(Sky { map, place }) = &self.sky else { return Vec3::ZERO };
         map.radiance(place.to_map(w))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{stream, unit_f64};
+
+    /// A lamp under a sky: what is drawn has the density that is asked for afterwards, and each half of the
+    /// samples is of one of both.
+    #[test]
+    fn draws_have_the_density_that_queries_give() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/data/scene/cornell.toml");
+        let scene = Scene::load(file).unwrap();
+        let texels = (0..128).map(|i| [i as f32; 3]).collect();
+        let map = Environment::new(16, 8, texels, RowWarp::UniformCosTheta).unwrap();
+        let lights = Lights::new(&scene, Some(map)).unwrap();
+        let x = Vec3::new(100.0, 20.0, 300.0);
+        let mut rng = stream(1, "lights", 0);
+        let mut points = 0;
+        for _ in 0..10_000 {
+            let draw = lights.sample(x, [(); 3].map(|()| unit_f64(&mut rng))).unwrap();
+            let asked = match draw.target {
+                Target::Point { point, emitter } => {
+                    points += 1;
+                    lights.density_of_point(x, point, emitter)
+                }
+                Target::Sky => {
+                    assert_eq!(draw.radiance, lights.sky_radiance(draw.direction));
+                    lights.density_of_sky(draw.direction)
+                }
+            };
+            assert!((draw.density / asked - 1.0).abs() < 1e-6, "{draw:?}: {asked}");
+        }
+        assert!((4800..5200).contains(&points));
+        let none = lights.sample(Vec3::new(278.0, 600.0, 280.0), [0.2; 3]); // above the lamp
+        assert_eq!(none, None);
     }
 }

@@ -1,12 +1,15 @@
-//! A compact estimator of direct illumination: several strategies for one integral, which therefore have to agree.
+//! A compact estimator of direct illumination: several strategies for one integral, which therefore have to
+//! agree.
 //!
-//! What the camera sees at a point x in direction w_o is, in radiance (W / (m^2 sr), per channel of linear RGB),
+//! What the camera sees at a point x in direction w_o is, in radiance (W / (m^2 sr), per channel of linear
+//! RGB),
 //!
 //!   L(x, w_o) = L_e(x, w_o) + integral over the sphere of L_i(x, w) f_r(w_o, w) max(n . w, 0) dw,
 //!
-//! where L_i is what an emitter or the environment sends *directly* to x: light that was reflected before is left out (Kajiya 1986,
-//! cut after the first bounce). A [`Strategy`] says from which density per solid angle w is drawn; every strategy estimates
-//! the same integral, so that two pictures that differ by more than their standard errors prove a mistake ([`compare`]).
+//! where L_i is what an emitter or the environment sends *directly* to x: light that was reflected before is
+//! left out (Kajiya 1986, cut after the first bounce). A [`Strategy`] says from which density per solid angle w
+//! is drawn; every strategy estimates the same integral, so that two pictures that differ by more than their
+//! standard errors prove a mistake ([`compare`]).
 //!
 //! | file | idea |
 //! | --- | --- |

@@ -1,9 +1,10 @@
 //! Passes over the picture, one sample a pixel each.
 //!
-//! A sample has a uniform place in its pixel (a box filter one pixel wide). The picture is cut into tiles, runs of [`TILE`] pixels in row
-//! order; tile t of pass p draws from its own stream of the seed, number p 2^32 + t. A pass is split among threads by tiles, and passes
-//! follow each other, so every pixel adds the same samples in the same order: the film is the same to the last bit for any number
-//! of threads, and a picture that is continued is the picture made at once.
+//! A sample has a uniform place in its pixel (a box filter one pixel wide). The picture is cut into tiles, runs
+//! of [`TILE`] pixels in row order; tile t of pass p draws from its own stream of the seed, number p 2^32 + t.
+//! A pass is split among threads by tiles, and passes follow each other, so every pixel adds the same samples
+//! in the same order: the film is the same to the last bit for any number of threads, and a picture that is
+//! continued is the picture made at once.
 
 use super::{Film, Integrator, Lights, Strategy};
 use crate::random::{stream, unit_f64};
@@ -20,8 +21,8 @@ const TILE: usize = 256;
 pub struct Settings {
     /// Passes: samples a pixel.
     pub spp: u32,
-    /// The streams don't depend on the strategy. Pictures of two strategies with the same seed are correlated, since they share their camera rays and
-    /// more: give estimates that are to be compared different seeds.
+    /// The streams don't depend on the strategy. Pictures of two strategies with the same seed are correlated,
+    /// since they share their camera rays and more: give estimates that are to be compared different seeds.
     pub seed: u64,
 }
 
@@ -45,8 +46,8 @@ pub struct Rendered {
     pub film: Film,
     /// Passes in it.
     pub passes: u32,
-    /// Samples that came out NaN or infinite. They are in the film as 0, so that one of them does not spoil a picture, and any
-    /// is a mistake in the estimator or the scene.
+    /// Samples that came out NaN or infinite. They are in the film as 0, so that one of them does not spoil a
+    /// picture, and any is a mistake in the estimator or the scene.
     pub non_finite: u64,
     /// Time spent in passes.
     pub time: Duration,
@@ -56,7 +57,8 @@ pub struct Rendered {
     pub seed: u64,
 }
 
-/// Renders a scene. `on_pass` is called after each pass and says whether to go on; what is done when it says no is kept.
+/// Renders a scene. `on_pass` is called after each pass and says whether to go on; what is done when it says no
+/// is kept.
 ///
 /// ```
 /// use warpcheck::estimator::{Lights, Settings, Strategy, render};
@@ -88,7 +90,8 @@ pub fn render(
 }
 
 impl Rendered {
-    /// Adds the passes that are missing to `spp` in all. The scene and its lights have to be the same as before.
+    /// Adds the passes that are missing to `spp` in all. The scene and its lights have to be the same as
+    /// before.
     ///
     /// # Panics
     /// If the scene's picture has another size.

@@ -35,7 +35,8 @@ pub enum Strategy {
     Light,
     /// From a mixture of both.
     Mis {
-        /// The probability c of drawing from the BRDF, in [0, 1]. 0 is [`Strategy::Light`] and 1 is [`Strategy::Brdf`], bit for bit.
+        /// The probability c of drawing from the BRDF, in [0, 1]. 0 is [`Strategy::Light`] and 1 is
+        /// [`Strategy::Brdf`], bit for bit.
         brdf_weight: f64,
     },
 }

@@ -1,0 +1,466 @@
+//! The strategies against one another, an independent renderer, and closed forms.
+//!
+//! Seeds are fixed, so a test passes always or never; levels are those at which a correct estimator would fail
+//! by chance.
+
+use glam::{DVec3, Vec3};
+use std::{collections::HashSet, f64::consts::PI, fmt::Write, fs, path::PathBuf};
+use tempfile::TempDir;
+use warpcheck::estimator::{Agreement, Blocks, Lights, Rendered, Rules, Settings, Strategy, compare, render};
+use warpcheck::sampler::{Environment, RowWarp};
+use warpcheck::scene::{RayQueries, Scene};
+
+const UNIFORM: Strategy = Strategy::Uniform;
+const BRDF: Strategy = Strategy::Brdf;
+const LIGHT: Strategy = Strategy::Light;
+const fn mis(brdf_weight: f64) -> Strategy {
+    Strategy::Mis { brdf_weight }
+}
+
+/// The level of every comparison: a hundred of them fail by chance once in a thousand times.
+const LEVEL: f64 = 1e-5;
+
+fn data(path: &str) -> PathBuf {
+    [env!("CARGO_MANIFEST_DIR"), "data", path].iter().collect()
+}
+
+/// The numbers in the array (of arrays) that follows a path of keys, in order; enough JSON for our own files.
+fn numbers(json: &str, keys: &[&str]) -> Vec<f64> {
+    let at = keys.iter().fold(json, |json, key| json.split_once(&format!("\"{key}\":")).expect(key).1);
+    let mut depth = 0;
+    let end = at.find(|c| {
+        depth += i32::from(c == '[') - i32::from(c == ']');
+        depth == 0 && c != ' '
+    });
+    let numbers = at[..end.unwrap()].split(['[', ']', ',', ' ', '\n']).filter(|s| !s.is_empty());
+    numbers.map(|s| s.parse().unwrap()).collect()
+}
+
+fn triples(json: &str, keys: &[&str]) -> Vec<[f64; 3]> {
+    numbers(json, keys).chunks_exact(3).map(|c| c.try_into().unwrap()).collect()
+}
+
+/// A shipped scene and its lights.
+fn shipped(name: &str) -> (Scene, Lights) {
+    let scene = Scene::load(data(&format!("scene/{name}.toml"))).unwrap();
+    let lights = Lights::load(&scene).unwrap();
+    (scene, lights)
+}
+
+/// A scene made of polygons, each with the body of its material.
+struct Made {
+    obj: String,
+    mtl: String,
+    vertices: usize,
+    tail: String,
+}
+
+impl Made {
+    /// A picture of `size` pixels squared that shows a spot of `fov` degrees; `tail` is more of the scene file.
+    fn new(convention: &str, eye: Vec3, at: Vec3, fov: f64, size: u32, tail: &str) -> Self {
+        let up = (at - eye).any_orthogonal_vector();
+        let tail = format!(
+            "materials = \"{convention}\"\n[[mesh]]\nfile = \"made.obj\"\n[camera]\neye = {:?}\nat = {:?}\nup = {:?}\n\
+             fov_degrees = {fov}\n[picture]\nwidth = {size}\nheight = {size}\n{tail}",
+            eye.to_array(),
+            at.to_array(),
+            up.to_array(),
+        );
+        Self { obj: "mtllib made.mtl\n".into(), mtl: String::new(), vertices: 0, tail }
+    }
+
+    fn polygon(mut self, corners: &[Vec3], material: &str) -> Self {
+        writeln!(self.mtl, "newmtl m{}\n{material}", self.vertices).unwrap();
+        writeln!(self.obj, "usemtl m{}", self.vertices).unwrap();
+        corners.iter().for_each(|p| writeln!(self.obj, "v {} {} {}", p.x, p.y, p.z).unwrap());
+        let face = (1..=corners.len()).map(|i| (self.vertices + i).to_string()).collect::<Vec<_>>().join(" ");
+        writeln!(self.obj, "f {face}").unwrap();
+        self.vertices += corners.len();
+        self
+    }
+
+    /// A square of half width `half` about `centre` that faces `normal`.
+    fn square(self, centre: Vec3, normal: Vec3, half: f32, material: &str) -> Self {
+        let a = normal.any_orthonormal_vector() * half;
+        let b = normal.cross(a);
+        self.polygon(&[centre + a + b, centre - a + b, centre - a - b, centre + a - b], material)
+    }
+
+    /// The same with emitters that emit on both sides.
+    fn two_sided(mut self) -> Self {
+        self.tail = self.tail.replace("[[mesh]]", "[[mesh]]\ntwo_sided = true");
+        self
+    }
+
+    fn scene(self) -> Scene {
+        let folder = TempDir::new().unwrap();
+        fs::write(folder.path().join("made.obj"), self.obj).unwrap();
+        fs::write(folder.path().join("made.mtl"), self.mtl).unwrap();
+        Scene::from_toml(&self.tail, folder.path().join("made.toml")).unwrap()
+    }
+}
+
+fn draw(scene: &Scene, lights: &Lights, strategy: Strategy, spp: u32, seed: u64) -> Rendered {
+    let rendered = render(scene, lights, strategy, Settings { spp, seed }, |_| true);
+    assert_eq!((rendered.passes, rendered.non_finite), (spp, 0), "{strategy}");
+    rendered
+}
+
+fn blocks(scene: &Scene, lights: &Lights, strategy: Strategy, spp: u32) -> Blocks {
+    // A seed of its own for every strategy: compared estimates have to be independent.
+    let seed = strategy.to_string().bytes().fold(0, |hash, byte| hash * 31 + u64::from(byte));
+    draw(scene, lights, strategy, spp, seed).film.blocks(16)
+}
+
+fn judge(title: &str, a: &Blocks, b: &Blocks, leave_out: impl Fn(usize, usize) -> bool) -> Agreement {
+    let agreement = compare(a, b, Rules::default(), leave_out).unwrap();
+    println!("{title}: {agreement}");
+    agreement
+}
+
+/// Renders with each strategy and compares all pairs; `leave_out` says for which blocks (column, row) a pair
+/// can't be.
+fn agree(
+    scene: &Scene,
+    lights: &Lights,
+    strategies: &[(Strategy, u32)],
+    leave_out: impl Fn([Strategy; 2], usize, usize) -> bool,
+) {
+    let draw = |&(strategy, spp)| (strategy, blocks(scene, lights, strategy, spp));
+    let pictures: Vec<_> = strategies.iter().map(draw).collect();
+    for (i, (a, first)) in pictures.iter().enumerate() {
+        for (b, second) in &pictures[i + 1..] {
+            let agreement = judge(&format!("{a} and {b}"), first, second, |x, y| leave_out([*a, *b], x, y));
+            assert!(agreement.agrees(LEVEL), "{a} and {b}");
+            assert!(agreement.compared >= 48, "{a} and {b}: hardly anything was compared");
+        }
+    }
+}
+
+/// Whether the mean of the picture is `expected`: within 4 standard errors, which are at most `precision` of
+/// it.
+fn expect(rendered: &Rendered, expected: f64, precision: f64) {
+    let all = rendered.film.blocks(rendered.film.width());
+    let (mean, error) = (all.means[0][0], all.standard_errors[0][0]);
+    let strategy = rendered.strategy;
+    println!("{strategy}: {mean:.6} ± {error:.6}, expected {expected:.6}");
+    assert!(error <= precision * expected, "{strategy}: {mean} is known to {error} only");
+    // Radiance is f32: a strategy without variance still rounds.
+    assert!(
+        (mean - expected).abs() <= 4.0 * error + 1e-6 * expected,
+        "{strategy}: {mean} ± {error} for {expected}"
+    );
+}
+
+/// The blocks (column, row) of 16 x 16 pixels in which the camera sees a lobe of at least this exponent.
+fn sharp_blocks(scene: &Scene, exponent: f32) -> HashSet<(usize, usize)> {
+    let (w, h) = (scene.picture.width * 2, scene.picture.height * 2);
+    let grid = (0..=h).flat_map(|y| (0..=w).map(move |x| (x, y)));
+    let sharp = grid.filter(|&(x, y)| {
+        let hit = scene.rays().closest(&scene.camera.ray(x as f32 / 2.0, y as f32 / 2.0));
+        hit.is_some_and(|hit| scene.material(hit.triangle).ns >= exponent)
+    });
+    sharp.map(|(x, y)| ((x / 32) as usize, (y / 32) as usize)).collect()
+}
+
+/// A shipped scene at 128 x 128 pixels with parts of its file replaced.
+fn smaller(name: &str, changes: &[(&str, &str)]) -> (Scene, Lights) {
+    let file = data(&format!("scene/{name}.toml"));
+    let text = fs::read_to_string(&file).unwrap().replace("= 256", "= 128");
+    let text = changes.iter().fold(text, |text, (from, to)| text.replace(from, to));
+    let scene = Scene::from_toml(&text, &file).unwrap();
+    let lights = Lights::load(&scene).unwrap();
+    (scene, lights)
+}
+
+// ---- Agreement ----
+
+/// Mitsuba's picture of the same scene. Its means are written to 1e-8, which is a quarter of the darkest: that
+/// rounding is part of their error. Its standard errors are said to be optimistic where the tail is heavy, but
+/// ours are several times larger (3000 passes of `mis` still agree), so nothing else is allowed for.
+#[test]
+fn an_independent_renderer_agrees() {
+    let json = fs::read_to_string(data("reference/veach_a3_256x128.json")).unwrap();
+    let means = triples(&json, &["block_mean"]);
+    let rounding = 1e-8 / 12.0_f64.sqrt();
+    let reference = Blocks {
+        size: 16,
+        columns: 16,
+        rows: 8,
+        effective: vec![[f64::INFINITY; 3]; means.len()],
+        standard_errors: triples(&json, &["block_stderr"])
+            .into_iter()
+            .map(|e| e.map(|e| e.hypot(rounding)))
+            .collect(),
+        means,
+    };
+    let (scene, lights) = shipped("veach_a3");
+    let ours = blocks(&scene, &lights, mis(0.5), 256);
+    let agreement = judge("mis:0.5 and the reference", &ours, &reference, |_, _| false);
+    assert!(agreement.agrees(LEVEL));
+    assert!(agreement.compared > 300 && agreement.would_catch(LEVEL) < 0.01);
+}
+
+#[test]
+fn strategies_agree_on_plates() {
+    let (scene, lights) = shipped("veach_a3");
+    let sharp = sharp_blocks(&scene, 1e4);
+    println!("{} of 128 blocks show a plate of N_s 1e4 or 1e6: left out for `light`", sharp.len());
+    assert!((20..40).contains(&sharp.len()));
+    let strategies = [(BRDF, 256), (LIGHT, 64), (mis(0.25), 64), (mis(0.5), 64), (mis(0.75), 64)];
+    // The light strategy seldom finds a sharp lobe, and when it does, the value is enormous.
+    agree(&scene, &lights, &strategies, |pair, x, y| pair.contains(&LIGHT) && sharp.contains(&(x, y)));
+}
+
+#[test]
+fn strategies_agree_in_a_box_and_a_wrong_one_does_not() {
+    let (scene, lights) = smaller("cornell", &[]);
+    let strategies = [(UNIFORM, 256), (BRDF, 256), (LIGHT, 96), (mis(0.5), 96)];
+    agree(&scene, &lights, &strategies, |_, _, _| false);
+
+    let [light, mis] = [LIGHT, mis(0.25)].map(|strategy| blocks(&scene, &lights, strategy, 96));
+    assert!(judge("right", &light, &mis, |_, _| false).agrees(LEVEL));
+    // Divided by 2 % too much: no block shows it, all together do.
+    let mut dark = light.clone();
+    dark.means.iter_mut().chain(&mut dark.standard_errors).flatten().for_each(|x| *x /= 1.02);
+    let judged = judge("2 % too dark", &dark, &mis, |_, _| false);
+    assert!(!judged.agrees(LEVEL) && judged.would_catch(LEVEL) < 0.02);
+    // A fifth too much in one block, in one channel: no mean shows it, the block does.
+    let mut spot = light.clone();
+    spot.means[35][1] *= 1.2;
+    let judged = judge("a spot", &spot, &mis, |_, _| false);
+    let worst = judged.largest.unwrap();
+    assert_eq!((worst.column, worst.row, worst.channel), (3, 4, 1));
+    assert!(!judged.agrees(LEVEL));
+    assert!(
+        compare(&light, &draw(&scene, &lights, LIGHT, 2, 1).film.blocks(8), Rules::default(), |_, _| false)
+            .is_err()
+    );
+}
+
+#[test]
+fn strategies_agree_under_the_sky() {
+    // A sun of one texel: only strategies that aim at it have a variance worth the name.
+    let (scene, lights) = smaller("spot_env", &[]);
+    let strategies = [(LIGHT, 64), (mis(0.25), 64), (mis(0.5), 64), (mis(0.75), 64)];
+    agree(&scene, &lights, &strategies, |_, _, _| false);
+    // Overcast, and shading normals that are not the geometric ones.
+    let sky = ("spruit_sunrise_512.hdr\"", "potsdamer_platz_512.hdr\"\nrotate_degrees = 40.0\nscale = 2.5");
+    let (scene, lights) = smaller("spot_env", &[sky, ("material =", "normals = \"smooth\"\nmaterial =")]);
+    assert!(scene.triangles[0].shading.is_some());
+    agree(&scene, &lights, &[(UNIFORM, 64), (BRDF, 64), (LIGHT, 64), (mis(0.5), 64)], |_, _, _| false);
+}
+
+/// A lamp, a sky, something in front of both, and a floor that is partly glossy.
+#[test]
+fn strategies_agree_under_lamp_and_sky() {
+    let sky = format!("[environment]\nfile = {:?}\n", data("env/potsdamer_platz_512.hdr"));
+    let scene = Made::new("mtl", Vec3::new(0.0, 3.0, 6.0), Vec3::ZERO, 40.0, 64, &sky)
+        .square(Vec3::ZERO, Vec3::Y, 4.0, "Kd .5 .4 .3\nKs .3 .3 .3\nNs 40")
+        .square(Vec3::new(0.5, 0.5, 0.0), Vec3::Y, 0.6, "Kd .1 .2 .7")
+        .square(Vec3::new(-1.5, 2.0, -0.5), Vec3::NEG_Y, 0.5, "Kd .2 .2 .2\nKe 8 6 4")
+        .scene();
+    let lights = Lights::load(&scene).unwrap();
+    assert_eq!(lights.mesh_share(), 0.5);
+    let strategies = [(UNIFORM, 256), (BRDF, 256), (LIGHT, 256), (mis(0.25), 256), (mis(0.75), 256)];
+    agree(&scene, &lights, &strategies, |_, _, _| false);
+}
+
+#[test]
+fn the_ends_of_mis_are_its_parts() {
+    for name in ["veach_a3", "spot_env"] {
+        let (scene, lights) = smaller(name, &[]);
+        for (c, part) in [(0.0, LIGHT), (1.0, BRDF)] {
+            assert!(draw(&scene, &lights, mis(c), 2, 1).film == draw(&scene, &lights, part, 2, 1).film);
+        }
+        assert!(draw(&scene, &lights, LIGHT, 2, 1).film != draw(&scene, &lights, BRDF, 2, 1).film);
+    }
+}
+
+// ---- Closed forms ----
+
+/// The three triangles of nori's tests, over a floor of albedo 1/2.
+#[test]
+fn triangles_over_a_floor() {
+    let json = fs::read_to_string(data("reference/closed_forms.json")).unwrap();
+    let lit = json.split("\"tri\"").skip(1).map(|rest| format!("\"tri\"{rest}"));
+    for entry in lit {
+        let triangle: Vec<Vec3> =
+            triples(&entry, &["tri"]).into_iter().map(|p| DVec3::from(p).as_vec3()).collect();
+        let number = |key: &str| -> f64 {
+            let rest = entry.split_once(&format!("\"{key}\":")).unwrap().1;
+            rest.split([',', '}']).next().unwrap().trim().parse().unwrap()
+        };
+        let expected = number("Lr_albedo05");
+        assert!((expected - number("published")).abs() < 1e-5);
+        let floor = [Vec3::new(-9.0, 0.0, -9.0), Vec3::new(0.0, 0.0, 12.0), Vec3::new(9.0, 0.0, -9.0)];
+        // From where the triangle is not in the way.
+        let eyes = [Vec3::new(1.0, 0.2, 0.0), Vec3::new(0.0, 0.2, 1.0), Vec3::new(-1.0, 0.2, 0.0)];
+        let scenes = eyes.map(|eye| {
+            Made::new("mtl", eye, Vec3::ZERO, 0.01, 512, "")
+                .two_sided()
+                .polygon(&floor, "Kd .5 .5 .5")
+                .polygon(&triangle, "Ke 1 1 1")
+                .scene()
+        });
+        let clear = |s: &&Scene| s.rays().closest(&s.camera.ray(256.0, 256.0)).unwrap().triangle == 0;
+        let scene = scenes.iter().find(clear).unwrap();
+        let lights = Lights::load(scene).unwrap();
+        for (strategy, passes) in [(LIGHT, 4), (mis(0.5), 7)] {
+            expect(&draw(scene, &lights, strategy, passes, 1), expected, 1e-3);
+        }
+        // Few of these directions meet the triangle, so the relative variance of a sample is about 1 over twice
+        // the radiance, and twice that: as many samples as 2e-3 takes.
+        for (strategy, variance) in [(UNIFORM, 1.0), (BRDF, 0.55)] {
+            let passes = variance / expected / 2e-3_f64.powi(2) / (512.0 * 512.0);
+            expect(&draw(scene, &lights, strategy, passes.ceil() as u32, 1), expected, 2e-3);
+        }
+    }
+}
+
+/// A square of half width 1 at height 1: four rectangles of factor F(1, 1). One side of a lamp is dark unless
+/// it has two.
+#[test]
+fn a_lamp_has_the_sides_that_it_has() {
+    let json = fs::read_to_string(data("reference/closed_forms.json")).unwrap();
+    let factor: f64 =
+        json.split_once("\"1,1\":").unwrap().1.split(',').next().unwrap().trim().parse().unwrap();
+    let lamp = |normal| {
+        Made::new("mtl", Vec3::new(4.0, 0.4, 0.0), Vec3::ZERO, 0.01, 128, "")
+            .square(Vec3::new(0.3, 0.0, 0.2), Vec3::Y, 3.0, "Kd .6 .6 .6")
+            .square(Vec3::Y, normal, 1.0, "Ke 2 2 2")
+    };
+    let expected = 0.6 * 2.0 * 4.0 * factor;
+    let lit = [lamp(Vec3::NEG_Y), lamp(Vec3::NEG_Y).two_sided(), lamp(Vec3::Y).two_sided()];
+    for (scene, strategy) in
+        lit.map(Made::scene).iter().flat_map(|s| [UNIFORM, BRDF, LIGHT, mis(0.5)].map(|x| (s, x)))
+    {
+        expect(&draw(scene, &Lights::load(scene).unwrap(), strategy, 24, 3), expected, 3e-3);
+    }
+    let scene = lamp(Vec3::Y).scene();
+    for strategy in [UNIFORM, BRDF, LIGHT, mis(0.5)] {
+        let dark = draw(&scene, &Lights::load(&scene).unwrap(), strategy, 2, 1).film;
+        assert!(dark.pixels().iter().all(|p| p.mean() == [0.0; 3]), "{strategy}");
+    }
+}
+
+/// A diffuse square under a sky of radiance 1 has its albedo.
+#[test]
+fn white_furnace() {
+    let scene = sky_scene(Vec3::Y, 64);
+    let map = Environment::new(16, 8, vec![[1.0; 3]; 128], RowWarp::UniformCosTheta).unwrap();
+    let lights = Lights::new(&scene, Some(map)).unwrap();
+    for (strategy, precision) in [(UNIFORM, 2e-3), (BRDF, 1e-6), (LIGHT, 2e-3), (mis(0.5), 2e-3)] {
+        expect(&draw(&scene, &lights, strategy, 128, 1), 0.5, precision);
+    }
+}
+
+/// A square of albedo 1/2 that faces `normal`, and whatever sky.
+fn sky_scene(normal: Vec3, size: u32) -> Scene {
+    let sky = format!("[environment]\nfile = {:?}\n", data("env/spruit_sunrise_512.hdr"));
+    let slant = normal + 0.5 * normal.any_orthonormal_vector();
+    Made::new("mtl", slant, Vec3::ZERO, 1.0, size, &sky)
+        .square(Vec3::ZERO, normal, 3.0, "Kd .5 .5 .5")
+        .scene()
+}
+
+/// pi / albedo times the radiance of a diffuse square is the irradiance, known for six axes. The reference
+/// counts phi clockwise from -x seen from above, we counterclockwise from +x: its x axis is ours turned round.
+#[test]
+fn irradiance_of_a_sunrise() {
+    let json = fs::read_to_string(data("reference/env_irradiance.json")).unwrap();
+    let axes = [
+        ("+y", Vec3::Y),
+        ("-y", Vec3::NEG_Y),
+        ("+x", Vec3::NEG_X),
+        ("-x", Vec3::X),
+        ("+z", Vec3::Z),
+        ("-z", Vec3::NEG_Z),
+    ];
+    for (axis, normal) in axes {
+        let expected = triples(&json, &["spruit_sunrise_512.hdr", "irradiance", axis])[0];
+        let scene = sky_scene(normal, 128);
+        let lights = Lights::load(&scene).unwrap();
+        for strategy in [LIGHT, mis(0.5)] {
+            let all = draw(&scene, &lights, strategy, 32, 1).film.blocks(128);
+            for (channel, &expected) in expected.iter().enumerate() {
+                let [mean, error] =
+                    [all.means[0][channel], all.standard_errors[0][channel]].map(|x| x * PI / 0.5);
+                let z = (mean - expected) / error;
+                println!(
+                    "{axis} {strategy} {channel}: {mean:.5} ± {error:.5} for {:.5}, z = {z:.2}",
+                    expected
+                );
+                assert!(z.abs() < 4.0 && error < 0.015 * mean, "{axis} {strategy} {channel}");
+            }
+        }
+    }
+}
+
+/// An exponent of 1e21 is a mirror: K_d cos theta of what it reflects.
+#[test]
+fn an_enormous_exponent_is_a_mirror() {
+    for exponent in ["1e6", "1e9", "1e21"] {
+        let scene = Made::new("kd-phong", Vec3::new(3.0, 3.0, 0.0), Vec3::ZERO, 1.0, 32, "")
+            .square(Vec3::ZERO, Vec3::Y, 1.0, &format!("Kd .8 .8 .8\nNs {exponent}"))
+            .square(Vec3::new(-3.0, 3.0, 0.0), Vec3::new(0.6, -0.8, 0.0), 1.0, "Ke 2 2 2\nNs 1\nKd 0 0 0")
+            .scene();
+        let lights = Lights::load(&scene).unwrap();
+        for strategy in [BRDF, mis(0.5)] {
+            let rendered = draw(&scene, &lights, strategy, 512, 1);
+            let mean = rendered.film.blocks(32).means[0][0];
+            // A field of view of 1 degree sees a range of angles whose mean cosine is cos 45 degrees to 1e-4.
+            assert!((mean / (1.6 * 0.5_f64.sqrt()) - 1.0).abs() < 5e-3, "{exponent} {strategy}: {mean}");
+        }
+    }
+}
+
+// ---- Bits ----
+
+#[test]
+fn threads_and_pauses_change_no_bit() {
+    let (scene, lights) = shipped("veach_a3");
+    for strategy in [UNIFORM, mis(0.5)] {
+        let once = draw(&scene, &lights, strategy, 4, 9);
+        for threads in [1, 2, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            assert!(
+                pool.install(|| draw(&scene, &lights, strategy, 4, 9)).film == once.film,
+                "{threads} threads"
+            );
+        }
+        let mut seen = Vec::new();
+        let mut paused = render(&scene, &lights, strategy, Settings { spp: 4, seed: 9 }, |p| {
+            seen.push((p.passes, p.total, p.film.pixel(7, 7).count()));
+            p.passes < 3
+        });
+        assert_eq!(seen, [(1, 4, 1), (2, 4, 2), (3, 4, 3)]);
+        assert!(paused.passes == 3 && paused.film != once.film);
+        paused.resume(&scene, &lights, 4, |_| true);
+        assert!(paused.film == once.film);
+        assert!(draw(&scene, &lights, strategy, 4, 10).film != once.film);
+    }
+}
+
+/// Radiance close to the end of f32 overflows when it is divided by a density under 1: counted, and kept out of
+/// the film.
+#[test]
+fn what_is_not_finite_is_counted() {
+    let scene = sky_scene(Vec3::Y, 32);
+    let map = Environment::new(4, 2, vec![[3e38; 3]; 8], RowWarp::UniformCosTheta).unwrap();
+    let lights = Lights::new(&scene, Some(map)).unwrap();
+    let rendered = render(&scene, &lights, LIGHT, Settings { spp: 4, seed: 1 }, |_| true);
+    assert!(rendered.non_finite > 100, "{}", rendered.non_finite);
+    assert!(rendered.film.pixels().iter().all(|p| p.count() == 4 && p.mean().iter().all(|x| x.is_finite())));
+}
+
+#[test]
+fn missing_lights_are_named() {
+    let scene = Made::new("mtl", Vec3::Y, Vec3::ZERO, 1.0, 8, "[environment]\nfile = \"no such sky.hdr\"")
+        .square(Vec3::ZERO, Vec3::Y, 1.0, "Kd .5 .5 .5")
+        .scene();
+    let error = Lights::load(&scene).unwrap_err().to_string();
+    assert!(error.contains("no such sky.hdr"), "{error}");
+    let error = Lights::new(&scene, None).unwrap_err().to_string();
+    assert!(error.contains("made.toml") && error.contains("no light"), "{error}");
+}
