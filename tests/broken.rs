@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use warpcheck::domain::{
     Discrete, Hemisphere, Interval, MeshSurface, Sphere, Square, SurfacePoint, Triangle,
 };
+use warpcheck::fault;
 use warpcheck::sampler::*;
 use warpcheck::verify;
 use warpcheck::verify::{Report, Verdict};
@@ -65,18 +66,10 @@ fn discrete_absorbed_tail() {
     tell_apart(&right, &broken, "chi-square");
 }
 
-fn heitz(branch: fn(f32, f32) -> bool) -> impl Fn([f32; 2]) -> Vec3 + Sync {
-    move |[u, v]| {
-        let (b0, b1) = if branch(u, v) { (0.5 * u, v - 0.5 * u) } else { (u - 0.5 * v, 0.5 * v) };
-        Vec3::new(b0, b1, 1.0 - b0 - b1)
-    }
-}
-
 #[test]
 fn barycentric_branch_squared() {
     let right = BarycentricWarp::new(TriangleWarp::LowDistortion, 1.0).unwrap();
-    let broken = from_fn(Triangle::with_area(1.0), heitz(|u, v| u < v * v), |_: Vec3| 1.0_f32);
-    tell_apart(&right, &broken, "support");
+    tell_apart(&right, &fault::barycentric_branch_squared(), "support");
 }
 
 #[test]
@@ -175,28 +168,8 @@ fn environment_mistakes() {
         assert_eq!(report.verdict(), Verdict::Fail, "{name}:\n{report}");
     }
     // The table itself without the sine: its own density is no longer that of its samples.
-    let flat = DiscreteCdf::new(&smooth_map(width, height).iter().map(|&t| luminance(t)).collect::<Vec<_>>())
-        .unwrap();
-    let without_sine = from_fn(
-        Sphere,
-        |[a, b]: [f64; 2]| {
-            let choice = flat.choose(a);
-            let (u, v) = ((choice.index % width) as f64 + choice.rest, (choice.index / width) as f64 + b);
-            Sphere.point_at(u / width as f64, v / height as f64)
-        },
-        density,
-    );
+    let without_sine = fault::environment_without_sine(right.clone()).unwrap();
     assert_eq!(run(&without_sine).verdict(), Verdict::Fail);
-}
-
-trait LatLong {
-    fn point_at(&self, u: f64, v: f64) -> DVec3;
-}
-impl LatLong for Sphere {
-    fn point_at(&self, u: f64, v: f64) -> DVec3 {
-        let (theta, phi) = (v * PI, u * TAU);
-        DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
-    }
 }
 
 #[test]
@@ -207,12 +180,7 @@ fn cosine_sampled_with_a_uniform_density_and_back() {
         &from_fn(Hemisphere, |xi: Vec2| CosineHemisphere.sample(xi), uniform_density),
         "chi-square",
     );
-    let cosine = |w: Vec3| CosineHemisphere.density(w);
-    tell_apart(
-        &UniformHemisphere,
-        &from_fn(Hemisphere, |xi: Vec2| UniformHemisphere.sample(xi), cosine),
-        "chi-square",
-    );
+    tell_apart(&UniformHemisphere, &fault::uniform_with_cosine_density(), "chi-square");
 }
 
 #[test]

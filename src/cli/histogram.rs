@@ -154,7 +154,7 @@ impl<'a> Run<'a> {
 fn short(samples: u64) -> String {
     [(1_000_000_000, "G"), (1_000_000, "M"), (1000, "k")]
         .into_iter()
-        .find(|(unit, _)| samples % unit == 0)
+        .find(|(unit, _)| samples.is_multiple_of(*unit))
         .map_or_else(|| samples.to_string(), |(unit, suffix)| format!("{}{suffix}", samples / unit))
 }
 

@@ -201,7 +201,7 @@ impl Domain for MeshSurface {
             ((x * columns).floor().min(columns - 1.0), (y * columns).floor().min(columns - 1.0));
         let patch = (tile_y * columns + tile_x) as usize;
         (patch < self.areas.len())
-            .then(|| Location { patch, at: [x * columns - tile_x, y * columns - tile_y] })
+            .then_some(Location { patch, at: [x * columns - tile_x, y * columns - tile_y] })
     }
 
     fn picture_position(&self, location: &Location) -> [f64; 2] {

@@ -36,6 +36,7 @@ pub fn environment_without_sine(
 ) -> Result<impl Sampler<Domain = Sphere>, crate::sampler::Error> {
     let (width, height) = (map.width(), map.height());
     let texels = (0..width * height).map(|i| luminance(map.texel(i % width, i / width)));
+    let knots = map.knots();
     let table = DiscreteCdf::new(&texels.collect::<Vec<_>>())?;
     Ok(from_fn(
         Sphere,
@@ -47,5 +48,6 @@ pub fn environment_without_sine(
             DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
         },
         move |w: DVec3| Sampler::density(&map, &w),
-    ))
+    )
+    .with_knots(knots))
 }

@@ -1,7 +1,7 @@
 //! A pair of closures becomes a [`Sampler`], in `f32` or `f64`, with or without the density returned.
 
 use super::{PointOf, Sample, Sampler};
-use crate::domain::{Domain, SurfacePoint};
+use crate::domain::{Domain, Knots, SurfacePoint};
 use crate::random::to_f32;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::marker::PhantomData;
@@ -148,7 +148,15 @@ pub struct Closures<D, S, P, X, R, Q> {
     domain: D,
     sample: S,
     density: P,
+    knots: Knots,
     types: PhantomData<fn(X, Q) -> R>,
+}
+
+impl<D, S, P, X, R, Q> Closures<D, S, P, X, R, Q> {
+    /// Says where the density jumps: the texels of a map, say ([`Knots::grid`]). Quadrature then keeps to these lines.
+    pub fn with_knots(self, knots: Knots) -> Self {
+        Self { knots, ..self }
+    }
 }
 
 /// A sampler from a closure that samples and one that gives the density, per the domain's measure.
@@ -182,7 +190,7 @@ where
     S: Fn(X) -> R + Sync,
     P: Fn(Q) -> T + Sync,
 {
-    Closures { domain, sample, density, types: PhantomData }
+    Closures { domain, sample, density, knots: Knots::default(), types: PhantomData }
 }
 
 impl<D, X, R, Q, T, S, P> Sampler for Closures<D, S, P, X, R, (Q, T)>
@@ -213,5 +221,9 @@ where
 
     fn density(&self, point: &PointOf<Self>) -> f64 {
         (self.density)(Q::from_point(point)).into()
+    }
+
+    fn knots(&self) -> Knots {
+        self.knots.clone()
     }
 }

@@ -108,7 +108,8 @@ impl DiscreteCdf {
     /// The entry for a variate in `[0, 1)`. What lies outside is moved to the nearest end, NaN to 0.
     #[inline]
     pub fn choose(&self, xi: f64) -> Choice {
-        let position = xi.max(0.0).min(ONE_MINUS_EPSILON_F64) * STEPS;
+        let xi = if xi > 0.0 { xi.min(ONE_MINUS_EPSILON_F64) } else { 0.0 };
+        let position = xi * STEPS;
         let step = position as u64;
         let index = self.boundaries.partition_point(|&b| b <= step);
         let start = self.start(index);
