@@ -52,3 +52,8 @@ pub mod statistics;
 pub mod verify;
 
 pub use verify::verify;
+
+/// The README's code is compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

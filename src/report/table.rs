@@ -1,6 +1,6 @@
 //! The table that a run prints.
 
-use crate::verify::{Evidence, Report, Verdict};
+use crate::verify::{Evidence, Report, Verdict, p_value};
 use std::fmt::Write;
 
 /// How text is set off.
@@ -49,11 +49,9 @@ pub fn table(report: &Report, style: Style, replay: impl Fn(&str) -> String) -> 
         let seen = e.power(report.level());
         let seen = seen.iter().find(|p| p.mass == 0.05).or(seen.first());
         let seen = seen.map_or("-".to_owned(), |p| format!("{} on {}%", percent(p.error), 100.0 * p.mass));
-        let p = report.adjusted_p(i).map_or("-".to_owned(), |p| format!("{p:.2}").replace("0.00", "<0.005"));
-        let p = match report.adjusted_p(i) {
-            Some(x) if x < 0.005 => format!("{x:.0e}"),
-            _ => p,
-        };
+        let p = report
+            .adjusted_p(i)
+            .map_or("-".to_owned(), |p| p_value(p).trim_start_matches("= ").replace("< ", "<"));
         let _ = writeln!(
             out,
             "{:name_width$}  {:12}  {} {:>10} {:>9}  {:>20}  {:>9}  {:>15}  {:>6.2}s",

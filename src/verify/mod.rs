@@ -26,6 +26,7 @@ mod tally;
 pub use examination::{Examination, Power};
 pub use finding::{Evidence, Finding, Verdict};
 pub use map::{CellFigure, ResidualMap};
+pub(crate) use report::p_value;
 pub use report::{Conclusion, Report};
 pub use settings::{Drawn, Settings, Verify};
 

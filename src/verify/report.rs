@@ -156,7 +156,8 @@ impl Report {
             write!(f, ": {}", finding.detail)?;
             if let Some(p) = conclusion.adjusted_p {
                 by_counts = true;
-                write!(f, "; p = {p:.2e} after correction for {} tests, level {}", self.tests, self.alpha)?;
+                let p = p_value(p);
+                write!(f, "; p {p} after correction for {} tests, level {}", self.tests, self.alpha)?;
             }
             writeln!(f)?;
         }
@@ -177,5 +178,14 @@ impl Report {
             }
         }
         Ok(())
+    }
+}
+
+/// A p-value with its relation: "= 0.31", "= 2.4e-7", "< 1e-300" where it has no number left.
+pub(crate) fn p_value(p: f64) -> String {
+    match p {
+        p if p < 1e-300 => "< 1e-300".to_owned(),
+        p if p < 0.01 => format!("= {p:.1e}"),
+        p => format!("= {p:.2}"),
     }
 }
