@@ -49,10 +49,10 @@ pub fn table(report: &Report, style: Style, replay: impl Fn(&str) -> String) -> 
         let seen = e.power(report.level());
         let seen = seen.iter().find(|p| p.mass == 0.05).or(seen.first());
         let seen = seen.map_or("-".to_owned(), |p| format!("{} on {}%", percent(p.error), 100.0 * p.mass));
-        let p = report.adjusted_p(i).map_or("-".to_owned(), |p| format!("{p:.2}").replace("0.00", "<0.005"));
         let p = match report.adjusted_p(i) {
-            Some(x) if x < 0.005 => format!("{x:.0e}"),
-            _ => p,
+            Some(p) if p < 0.005 => format!("{p:.0e}"),
+            Some(p) => format!("{p:.2}"),
+            None => "-".to_owned(),
         };
         let _ = writeln!(
             out,
@@ -95,7 +95,7 @@ pub fn table(report: &Report, style: Style, replay: impl Fn(&str) -> String) -> 
     );
     let _ = writeln!(
         out,
-        "seed {}; {certain} certain checks, {} p-values corrected together (Holm): a run of right samplers fails with probability {} at most",
+        "seed {}; {certain} certain checks, {} p-values corrected together (Holm): a run of right samplers fails with probability {:?} at most",
         report.seed, report.tests, report.alpha
     );
     let _ = writeln!(
