@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::io::IsTerminal;
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -32,10 +32,12 @@ pub fn count(text: &str) -> Result<u64, String> {
     if value > MOST as f64 {
         return Err(format!("too many: at most {MOST:e}"));
     }
-    if value.fract() != 0.0 {
+    // 1.001 * 1000 is 1000.9999999999999.
+    let whole = value.round();
+    if (value - whole).abs() > 2.0 * f64::EPSILON * whole {
         return Err("not a whole number".to_owned());
     }
-    Ok(value as u64)
+    Ok(whole as u64)
 }
 
 /// A probability strictly between 0 and 1.
@@ -60,24 +62,52 @@ pub fn data_folder(told: Option<&Path>) -> Result<PathBuf> {
     )
 }
 
-/// Makes the folder, and finds out now rather than after the work whether it can be written to.
-pub fn output_folder(folder: &Path) -> Result<()> {
-    std::fs::create_dir_all(folder).with_context(|| format!("can't make the folder {}", folder.display()))?;
-    let probe = folder.join(".warpcheck-probe");
-    std::fs::write(&probe, b"")
-        .and_then(|()| std::fs::remove_file(&probe))
-        .with_context(|| format!("can't write into the folder {}", folder.display()))
+/// The folders that were made for output. Those that nothing was put into go again with this value.
+#[must_use]
+pub struct OutputFolder(Vec<PathBuf>);
+
+impl OutputFolder {
+    /// Makes the folder, and finds out now rather than after the work whether it can be written to.
+    pub fn make(folder: &Path) -> Result<Self> {
+        let missing = folder.ancestors().filter(|f| !f.as_os_str().is_empty() && !f.exists());
+        let made = Self(missing.map(Path::to_owned).collect());
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("can't make the folder {}", folder.display()))?;
+        let probe = folder.join(format!(".warpcheck-{}-probe", std::process::id()));
+        std::fs::write(&probe, b"")
+            .and_then(|()| std::fs::remove_file(&probe))
+            .with_context(|| format!("can't write into the folder {}", folder.display()))?;
+        Ok(made)
+    }
 }
 
-/// The same for a single file.
-pub fn output_file(file: &Path) -> Result<()> {
+impl Drop for OutputFolder {
+    fn drop(&mut self) {
+        for folder in &self.0 {
+            // Fails if there is something inside, as it should.
+            let _ = std::fs::remove_dir(folder);
+        }
+    }
+}
+
+/// Finds out whether a file can be written, to a folder that is there or is `made`, which is going to be.
+pub fn output_file(file: &Path, made: &Path) -> Result<()> {
     if file.is_dir() {
         bail!("{} is a folder, not a file", file.display());
     }
     match file.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() && folder != made => {
             bail!("there is no folder {} to write {} into", folder.display(), file.display())
         }
+        _ => Ok(()),
+    }
+}
+
+/// To standard output; a reader that has seen enough (`| head`) is no error.
+pub fn print(text: &str) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("can't write the result"),
         _ => Ok(()),
     }
 }
@@ -149,7 +179,8 @@ mod tests {
         assert_eq!(count("1.5M"), Ok(1_500_000));
         assert_eq!(count("1G"), Ok(1_000_000_000));
         assert_eq!(count("1e8"), Ok(100_000_000));
-        for bad in ["0", "-3", "", "k", "many", "1.5", "1e99", "NaN", "inf", "1e300G"] {
+        assert_eq!(count("1.001k"), Ok(1001));
+        for bad in ["0", "-3", "", "k", "1P", "1.0001k", "many", "1.5", "1e99", "NaN", "inf", "1e300G"] {
             assert!(count(bad).is_err(), "{bad}");
         }
     }

@@ -1,6 +1,6 @@
 //! `warpcheck histogram`: draws samples and writes their histogram, of an environment map or of any sampler that ships.
 
-use super::common::{self, DEFAULT_OUT};
+use super::common::{self, DEFAULT_OUT, OutputFolder};
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
@@ -22,16 +22,16 @@ pub struct Arguments {
     /// An environment map (.hdr or .exr), or the name of a shipped sampler
     target: String,
     /// Samples; several counts, separated by commas, give a picture each
-    #[arg(long, default_value = "1M", value_parser = common::count, value_delimiter = ',')]
+    #[arg(long, default_value = "1M", value_parser = common::count, value_delimiter = ',', allow_negative_numbers = true)]
     samples: Vec<u64>,
     /// Seed
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// How theta is placed inside a row of a map
     #[arg(long, value_enum, default_value_t = Rows::UniformV)]
     rows: Rows,
     /// Height of the histogram in pixels; that of the map, or 256, unless told
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=8192))]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=8192), allow_negative_numbers = true)]
     height: Option<u32>,
     /// Folder for pictures
     #[arg(long, value_name = "DIR", default_value = DEFAULT_OUT)]
@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let run = Run::new(arguments, &counts);
     if is_file {
         let map = Map::read(file, arguments)?;
-        common::output_folder(&arguments.out)?;
+        let _folder = OutputFolder::make(&arguments.out)?;
         for &samples in &counts {
             if run.stopped() {
                 break;
@@ -86,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             }
         };
         let subject = entry.make().with_context(|| format!("can't make the sampler {}", entry.name))?;
-        common::output_folder(&arguments.out)?;
+        let _folder = OutputFolder::make(&arguments.out)?;
         // Strips need no height.
         let height = arguments.height.map_or(if subject.aspect() > 2.0 { 128 } else { 256 }, |h| h as usize);
         for &samples in &counts {
@@ -97,7 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             let figure = subject.histogram(height, &run.settings(samples, &entry.name));
             let path = run.path(&entry.name, samples);
             write_sampler(&path, &entry.name, &figure)?;
-            run.say(&figure.histogram, start, &path);
+            run.say(&figure.histogram, start, &path)?;
         }
     }
     run.bar.finish_and_clear();
@@ -138,15 +138,15 @@ impl<'a> Run<'a> {
         self.arguments.out.join(format!("{}-{}", common::file_stem(name), short(samples)))
     }
 
-    fn say(&self, histogram: &Histogram, start: Instant, path: &Path) {
+    fn say(&self, histogram: &Histogram, start: Instant, path: &Path) -> Result<()> {
         let seconds = start.elapsed().as_secs_f64();
         let line = format!(
-            "{} samples in {seconds:.1} s ({:.1} million a second): {}.png, .exr",
+            "{} samples in {seconds:.1} s ({:.1} million a second): {}.png, .exr\n",
             histogram.samples,
             histogram.samples as f64 / seconds / 1e6,
             path.display()
         );
-        self.bar.suspend(|| println!("{line}"));
+        self.bar.suspend(|| common::print(&line))
     }
 }
 
@@ -224,7 +224,7 @@ impl Map {
         let settings = run.settings(samples, &self.name);
         let importance = Histogram::draw(&self.sampler, self.width, self.height, &settings);
         let path = run.path(&self.name, samples);
-        run.say(&importance, start, &path);
+        run.say(&importance, start, &path)?;
         // The uniform ones are only there to be looked at.
         let settings = Settings { samples: importance.samples, progress: None, ..settings };
         let uniform = Histogram::draw(&UniformSphere, self.width, self.height, &settings);

@@ -31,19 +31,26 @@ enum Command {
 const AFTER_HELP: &str = "\
 Examples:
   warpcheck                                       verify all that ships, pictures in warpcheck-out/
-  warpcheck verify environment --samples 10M      only the environment maps, ten million samples each
+  warpcheck verify environment --samples 10M      the environment maps only, with more samples
   warpcheck verify --list                         what there is
   warpcheck histogram data/env/noon_grass_512.hdr --samples 1M,10M,100M
   warpcheck histogram triangle/low-distortion     a shipped sampler on its own domain
   warpcheck render data/scene/veach_a3.toml --strategy mis:0.5 --spp 64
   warpcheck render data/scene/veach_a3.toml --sheet
 
-Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive, 130 stopped by Ctrl-C (what was done is kept).
+Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive, 130 Ctrl-C (what was done is kept).
 Counts take the suffixes k, M and G. Same seed, same bits, on any number of threads.";
 
 /// Runs the program.
 pub fn run() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(told) if !told.use_stderr() => told.exit(), // --help, --version
+        Err(error) => {
+            eprintln!("warpcheck: {} (--help explains)", sentence(&error.to_string()));
+            return ExitCode::from(2);
+        }
+    };
     let result = match cli.command {
         None => verify::run(&verify::Arguments::default()),
         Some(Command::Verify(arguments)) => verify::run(&arguments),
@@ -54,4 +61,12 @@ pub fn run() -> ExitCode {
         eprintln!("warpcheck: {}", common::sentence(&error));
         ExitCode::from(2)
     })
+}
+
+/// What is wrong with the arguments, without the reminder of the usage, in one line.
+fn sentence(error: &str) -> String {
+    let said = |paragraph: &&str| !["Usage:", "For more"].iter().any(|s| paragraph.starts_with(s));
+    let words = |paragraph: &str| paragraph.split_whitespace().collect::<Vec<_>>().join(" ");
+    let error = error.strip_prefix("error: ").unwrap_or(error);
+    error.split("\n\n").filter(said).map(words).collect::<Vec<_>>().join("; ")
 }

@@ -1,6 +1,6 @@
 //! `warpcheck render`: a scene with one strategy or several, progressively, and the contact sheet of them all.
 
-use super::common::{self, DEFAULT_OUT};
+use super::common::{self, DEFAULT_OUT, OutputFolder};
 use anyhow::Result;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -18,13 +18,13 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',')]
     strategy: Vec<Strategy>,
     /// Samples a pixel; several, separated by commas, give a picture each [default: 16]
-    #[arg(long, value_parser = passes, value_delimiter = ',')]
+    #[arg(long, value_parser = passes, value_delimiter = ',', allow_negative_numbers = true)]
     spp: Vec<u32>,
     /// All pictures on one contact sheet [default: brdf, light, mis 3/4, 1/2, 1/4 at 1, 10, 100 spp]
     #[arg(long)]
     sheet: bool,
     /// Seed
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// Folder for pictures
     #[arg(long, value_name = "DIR", default_value = DEFAULT_OUT)]
@@ -60,9 +60,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     counts.dedup();
     let scene = Scene::load(&arguments.scene)?;
     let lights = Lights::load(&scene)?;
-    common::output_folder(&arguments.out)?;
-
     let stop = common::stop_on_ctrl_c();
+    let _folder = OutputFolder::make(&arguments.out)?;
     let most = counts.last().copied().unwrap_or(1);
     let bar = common::progress(u64::from(most) * strategies.len() as u64, "passes");
     let stem = arguments.scene.file_stem().map_or_else(|| "scene".into(), |s| s.to_string_lossy());
@@ -86,10 +85,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             if rendered.passes > 0 {
                 let path = arguments.out.join(common::file_stem(&format!("{stem}-{strategy}-{spp}spp")));
                 let canvas = write(&scene, &rendered, &path)?;
-                bar.suspend(|| say(&rendered, &path));
-                tiles.push(Tile::new(canvas).caption(format!("{:.1} s", rendered.time.as_secs_f64())));
+                bar.suspend(|| say(&rendered, &path))?;
+                let seconds = rendered.time.as_secs_f64();
+                tiles.push(Tile::new(canvas).caption(match rendered.passes < spp {
+                    true => format!("stopped after {} spp, {seconds:.1} s", rendered.passes),
+                    false => format!("{seconds:.1} s"),
+                }));
             }
-            if rendered.passes < spp {
+            if stop.load(Ordering::Relaxed) {
                 break;
             }
         }
@@ -104,7 +107,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.sheet {
         let path = arguments.out.join(format!("{}-sheet.png", common::file_stem(&stem)));
         write_png(&path, &sheet.draw())?;
-        println!("contact sheet: {}", path.display());
+        common::print(&format!("contact sheet: {}\n", path.display()))?;
     }
     Ok(if stop.load(Ordering::Relaxed) { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }
@@ -127,17 +130,19 @@ fn write(scene: &Scene, rendered: &Rendered, path: &Path) -> Result<Canvas> {
     Ok(canvas)
 }
 
-fn say(rendered: &Rendered, path: &Path) {
+fn say(rendered: &Rendered, path: &Path) -> Result<()> {
     let seconds = rendered.time.as_secs_f64();
     let pixels = (rendered.film.width() * rendered.film.height()) as f64;
-    println!(
-        "{:9} {:4} spp in {seconds:.2} s ({:.1} million samples a second): {}.exr, .png",
+    let mut line = format!(
+        "{:9} {:4} spp in {seconds:.2} s ({:.1} million samples a second): {}.exr, .png\n",
         rendered.strategy.to_string(),
         rendered.passes,
         pixels * f64::from(rendered.passes) / seconds / 1e6,
         path.display()
     );
     if rendered.non_finite > 0 {
-        println!("  {} samples were NaN or infinite and count as black: this is a bug", rendered.non_finite);
+        let non_finite = rendered.non_finite;
+        line += &format!("  {non_finite} samples were NaN or infinite and count as black: this is a bug\n");
     }
+    common::print(&line)
 }

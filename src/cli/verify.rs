@@ -1,9 +1,9 @@
 //! `warpcheck verify`: the battery on all shipped samplers, or those named.
 
-use super::common::{self, DEFAULT_OUT};
+use super::common::{self, DEFAULT_OUT, OutputFolder, print};
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -18,13 +18,13 @@ pub struct Arguments {
     /// Samplers or families; all that ship if none is named
     names: Vec<String>,
     /// Samples of each sampler
-    #[arg(long, default_value = "1M", value_parser = common::count)]
+    #[arg(long, default_value = "1M", value_parser = common::count, allow_negative_numbers = true)]
     samples: u64,
     /// Seed
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// Probability that a run of right samplers fails, at most
-    #[arg(long, default_value = "0.001", value_parser = common::level)]
+    #[arg(long, default_value = "0.001", value_parser = common::level, allow_negative_numbers = true)]
     alpha: f64,
     /// Folder for pictures
     #[arg(long, value_name = "DIR", default_value = DEFAULT_OUT)]
@@ -69,10 +69,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.list {
         return list(&chosen);
     }
-    common::output_folder(&arguments.out)?;
-    arguments.json.as_deref().map(common::output_file).transpose()?;
-
     let stop = common::stop_on_ctrl_c();
+    arguments.json.as_deref().map(|file| common::output_file(file, &arguments.out)).transpose()?;
+    let _folder = OutputFolder::make(&arguments.out)?;
     let bar = common::progress(chosen.len() as u64 * arguments.samples, "samples");
     let mut settings = Settings {
         samples: arguments.samples,
@@ -98,7 +97,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let report = Report::new(examinations, &settings);
     let replay = |name: &str| {
         let Arguments { samples, seed, alpha, .. } = arguments;
-        format!("warpcheck verify {name} --samples {samples} --seed {seed} --alpha {alpha}")
+        // {:?}: 1e-300 is not spelled out.
+        format!("warpcheck verify {name} --samples {samples} --seed {seed} --alpha {alpha:?}")
     };
     let style = match std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
         true => Style::Colour,
@@ -149,16 +149,6 @@ fn list(entries: &[&Entry]) -> Result<ExitCode> {
     let lines: String = entries.iter().map(|e| format!("{:width$}  {}\n", e.name, e.about)).collect();
     print(&lines)?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// To standard output; a reader that has seen enough (`| head`) is no error.
-fn print(text: &str) -> Result<()> {
-    match std::io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(error).context("can't write the result")
-        }
-        _ => Ok(()),
-    }
 }
 
 fn write_pictures(report: &Report, arguments: &Arguments) -> Result<()> {

@@ -93,7 +93,7 @@ pub fn table(report: &Report, style: Style, replay: impl Fn(&str) -> String) -> 
     );
     let _ = writeln!(
         out,
-        "seed {}; {certain} certain checks, {} p-values corrected together (Holm): a run of right samplers fails with probability {} at most",
+        "seed {}; {certain} certain checks, {} p-values corrected together (Holm): a run of right samplers fails with probability {:?} at most",
         report.seed, report.tests, report.alpha
     );
     let _ = writeln!(

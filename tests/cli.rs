@@ -1,0 +1,652 @@
+//! The program as its users meet it: exit codes, the files that it leaves, what it says, Ctrl-C.
+#![cfg(feature = "cli")]
+
+use assert_cmd::cargo::cargo_bin;
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use tempfile::{TempDir, tempdir};
+use warpcheck::picture::{Picture, Planes, read, read_planes, write_exr};
+
+const CORNELL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/scene/cornell.toml");
+
+/// `warpcheck` with these words as arguments, to run in this folder.
+fn warpcheck(folder: &TempDir, words: &str) -> Command {
+    let mut command = Command::new(cargo_bin!("warpcheck"));
+    command.current_dir(folder.path()).args(words.split_whitespace()).env_remove("COLUMNS");
+    command.stdin(Stdio::null());
+    command
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// Runs it and returns what it printed.
+#[track_caller]
+fn exits(folder: &TempDir, words: &str, code: i32) -> String {
+    let Output { status, stdout, stderr } = warpcheck(folder, words).output().unwrap();
+    let (stdout, stderr) = (text(&stdout), text(&stderr));
+    assert_eq!(status.code(), Some(code), "{words}\n{stdout}\n{stderr}");
+    assert_eq!(stderr, "", "{words}");
+    stdout
+}
+
+/// The files under a folder, relative to it, in order; none if there is no such folder.
+fn files(folder: &Path) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(next).into_iter().flatten() {
+            let path = entry.unwrap().path();
+            match path.is_dir() {
+                true => folders.push(path),
+                false => found.push(path.strip_prefix(folder).unwrap().to_str().unwrap().to_owned()),
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Width and height of a PNG, which is decoded to the end.
+fn png(path: impl AsRef<Path>) -> (u32, u32) {
+    let picture = image::open(path.as_ref()).unwrap().into_rgb8();
+    assert!(picture.pixels().any(|p| p != picture.get_pixel(0, 0)), "{} is blank", path.as_ref().display());
+    picture.dimensions()
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
+fn keys(object: &Value) -> Vec<&str> {
+    object.as_object().unwrap().keys().map(String::as_str).collect()
+}
+
+fn sum(planes: &Planes, name: &str) -> f64 {
+    planes.get(name).unwrap().iter().map(|&x| f64::from(x)).sum()
+}
+
+// ---- what it says of itself ----
+
+#[test]
+fn help_fits_a_screen() {
+    let folder = tempdir().unwrap();
+    let help = exits(&folder, "--help", 0);
+    assert!(help.lines().count() <= 50 && help.lines().all(|line| line.chars().count() <= 100), "{help}");
+    for verb in ["verify", "histogram", "render"] {
+        let help = exits(&folder, &format!("{verb} --help"), 0);
+        assert!(help.lines().count() <= 50 && help.lines().all(|line| line.chars().count() <= 100), "{help}");
+        assert_eq!(exits(&folder, &format!("help {verb}"), 0), help);
+    }
+    insta::assert_snapshot!(help, @r"
+    Find out whether Monte Carlo samplers are right, and how good they are.
+
+    Without a command: verifies every sampler that ships.
+
+    Usage: warpcheck [COMMAND]
+
+    Commands:
+      verify     Check samplers: all that ship, or those named (a family like `phong`, or `phong/50`)
+      histogram  Draw samples of a map or of a shipped sampler and write their histogram
+      render     Render a scene with one strategy, or all of them as a contact sheet
+      help       Print this message or the help of the given subcommand(s)
+
+    Options:
+      -h, --help
+              Print help (see a summary with '-h')
+
+      -V, --version
+              Print version
+
+    Examples:
+      warpcheck                                       verify all that ships, pictures in warpcheck-out/
+      warpcheck verify environment --samples 10M      the environment maps only, with more samples
+      warpcheck verify --list                         what there is
+      warpcheck histogram data/env/noon_grass_512.hdr --samples 1M,10M,100M
+      warpcheck histogram triangle/low-distortion     a shipped sampler on its own domain
+      warpcheck render data/scene/veach_a3.toml --strategy mis:0.5 --spp 64
+      warpcheck render data/scene/veach_a3.toml --sheet
+
+    Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive, 130 Ctrl-C (what was done is kept).
+    Counts take the suffixes k, M and G. Same seed, same bits, on any number of threads.
+    ");
+}
+
+#[test]
+fn the_list_names_every_sampler_and_every_name_is_found() {
+    let folder = tempdir().unwrap();
+    let list = exits(&folder, "verify --list", 0);
+    let names: Vec<&str> = list.lines().map(|line| line.split("  ").next().unwrap()).collect();
+    assert!(list.lines().all(|line| line.split_whitespace().count() > 2), "{list}");
+    let families: BTreeSet<&str> = names.iter().map(|name| name.split('/').next().unwrap()).collect();
+    let expected = [
+        "discrete",
+        "environment",
+        "ggx",
+        "hemisphere",
+        "light",
+        "mixture",
+        "phong",
+        "sphere",
+        "triangle",
+        "vmf",
+    ];
+    assert_eq!(families, expected.into());
+    for map in ["blender_interior_512", "noon_grass_512", "potsdamer_platz_512", "spruit_sunrise_1k"] {
+        for rows in ["uniform-v", "uniform-cos"] {
+            assert!(names.contains(&format!("environment/{map}/{rows}").as_str()), "{list}");
+        }
+    }
+    assert_eq!(exits(&folder, &format!("verify --list {}", names.join(" ")), 0), list);
+    let triangles = exits(&folder, "verify --list triangle", 0);
+    assert_eq!(triangles.lines().count(), 2, "{triangles}");
+    assert_eq!(files(folder.path()), [""; 0]);
+}
+
+// ---- verify ----
+
+/// What depends on the clock, out.
+fn without_times(mut report: Value) -> Value {
+    for sampler in report["samplers"].as_array_mut().unwrap() {
+        assert!(sampler.as_object_mut().unwrap().remove("seconds").is_some_and(|s| s.as_f64() > Some(0.0)));
+    }
+    report
+}
+
+#[test]
+fn verify_tells_people_and_programs() {
+    let folder = tempdir().unwrap();
+    let out = exits(&folder, "verify phong/50 triangle --samples 50k --out out --json out/run.json", 0);
+    let names = ["phong/50", "triangle/low-distortion", "triangle/square-root"];
+    let table: Vec<&str> = out.lines().skip(1).take_while(|line| !line.is_empty()).collect();
+    let named: Vec<&str> = table.iter().map(|line| line.split_whitespace().next().unwrap()).collect();
+    assert_eq!(named, names, "{out}");
+    assert!(table.iter().all(|line| line.contains(" pass ") && line.contains(" 50000 ")), "{out}");
+    assert!(out.contains("pass: 3 of 3 samplers pass, 0 fail, 0 inconclusive"), "{out}");
+    let pictures =
+        ["overview.png", "phong-50.png", "triangle-low-distortion.png", "triangle-square-root.png"];
+    let mut left = files(&folder.path().join("out"));
+    left.retain(|name| name != "run.json");
+    assert_eq!(left, pictures);
+    for picture in pictures {
+        let (width, height) = png(folder.path().join("out").join(picture));
+        assert!(width > 700 && height > 256, "{picture}: {width} x {height}");
+    }
+
+    let report = json(&folder.path().join("out/run.json"));
+    let top = ["alpha", "program", "samplers", "samples", "seed", "tests", "verdict", "version"];
+    assert_eq!(keys(&report), top);
+    assert_eq!((&report["version"], &report["verdict"]), (&1.into(), &"pass".into()));
+    assert_eq!(
+        (&report["seed"], &report["samples"], &report["alpha"]),
+        (&1.into(), &50_000.into(), &0.001.into())
+    );
+    let samplers = report["samplers"].as_array().unwrap();
+    assert_eq!(samplers.iter().map(|s| s["name"].as_str().unwrap()).collect::<Vec<_>>(), names);
+    let mut tests = 0;
+    for sampler in samplers {
+        let all = [
+            "domain",
+            "findings",
+            "integral",
+            "name",
+            "per",
+            "power",
+            "rejected",
+            "replay",
+            "samples",
+            "seconds",
+            "verdict",
+            "worst_cells",
+        ];
+        assert_eq!(keys(sampler), all);
+        assert_eq!((&sampler["samples"], &sampler["verdict"]), (&50_000.into(), &"pass".into()));
+        let command = format!("warpcheck verify {} ", sampler["name"].as_str().unwrap());
+        assert!(sampler["replay"].as_str().unwrap().starts_with(&command));
+        let integral = &sampler["integral"];
+        assert_eq!(keys(integral), ["error", "value"]);
+        assert!(integral["value"].as_f64().unwrap() > 0.98 && integral["error"].as_f64().unwrap() < 1e-3);
+        for finding in sampler["findings"].as_array().unwrap() {
+            let all = ["check", "detail", "p", "p_adjusted", "p_conservative", "part", "verdict"];
+            assert_eq!(keys(finding), all);
+            assert_eq!(finding["p"].is_null(), finding["p_adjusted"].is_null());
+            tests += u64::from(finding["p"].is_number());
+        }
+        let cells = sampler["worst_cells"].as_array().unwrap();
+        assert!(!cells.is_empty() && cells.len() <= 10);
+        for cell in cells {
+            assert_eq!(keys(cell), ["expected", "observed", "place", "residual"]);
+        }
+        let power = sampler["power"].as_array().unwrap();
+        assert!(!power.is_empty());
+        for p in power {
+            assert_eq!(keys(p), ["mass", "probability", "relative_error"]);
+        }
+    }
+    assert_eq!(report["tests"].as_u64(), Some(tests));
+
+    // The line that replays one of them is a line that works, and finds the same.
+    let replay = samplers[0]["replay"].as_str().unwrap().strip_prefix("warpcheck ").unwrap();
+    exits(&folder, &format!("{replay} --out again --json again.json"), 0);
+    let again = json(&folder.path().join("again.json"));
+    for field in ["worst_cells", "rejected", "integral"] {
+        assert_eq!(again["samplers"][0][field], samplers[0][field]);
+    }
+}
+
+#[test]
+fn a_seed_fixes_every_bit_on_any_number_of_threads() {
+    let folder = tempdir().unwrap();
+    let run = |threads: &str, seed: u32, out: &str| {
+        let names = "phong/50-grazing discrete/areas-spot light/cornell-from-ceiling";
+        let words = format!("verify {names} --samples 100k --seed {seed} --out {out} --json {out}/run.json");
+        let output = warpcheck(&folder, &words).env("RAYON_NUM_THREADS", threads).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        let path = folder.path().join(out);
+        let pictures = files(&path).into_iter().filter(|name| name.ends_with(".png"));
+        let pictures: Vec<Vec<u8>> = pictures.map(|name| fs::read(path.join(name)).unwrap()).collect();
+        assert_eq!(pictures.len(), 4);
+        (without_times(json(&path.join("run.json"))), pictures)
+    };
+    let one = run("1", 7, "one");
+    assert_eq!(one, run("2", 7, "two"));
+    let other = run("2", 8, "other");
+    assert_ne!(one.0["samplers"][0]["worst_cells"], other.0["samplers"][0]["worst_cells"]);
+}
+
+#[test]
+fn too_few_samples_are_inconclusive() {
+    let folder = tempdir().unwrap();
+    let out = exits(&folder, "verify phong/50 --samples 10 --out out", 3);
+    assert!(out.contains("inconclusive: phong/50"), "{out}");
+    assert!(out.contains("10 samples are too few"), "{out}");
+    assert!(out.contains("replay: warpcheck verify phong/50 --samples 10 --seed 1 --alpha 0.001"), "{out}");
+    let planes = read_planes(folder.path().join("out/phong-50.exr")).unwrap();
+    assert_eq!(planes.names().collect::<Vec<_>>(), ["expected", "observed", "residual"]);
+    exits(&folder, "verify phong/50 --samples 10 --out out --allow-inconclusive", 0);
+}
+
+/// Judged at an absurd level, a right sampler fails.
+#[test]
+fn a_failure_says_what_where_and_how_to_see_it_again() {
+    let folder = tempdir().unwrap();
+    let words = "verify triangle --samples 20k --seed 4 --alpha 0.999 --out out --json run.json";
+    let out = exits(&folder, words, 1);
+    let failed = json(&folder.path().join("run.json"));
+    let failed: Vec<&Value> =
+        failed["samplers"].as_array().unwrap().iter().filter(|s| s["verdict"] == "fail").collect();
+    assert!(!failed.is_empty());
+    for sampler in failed {
+        let name = sampler["name"].as_str().unwrap();
+        let story: Vec<&str> = out
+            .lines()
+            .skip_while(|line| *line != format!("fail: {name}"))
+            .take_while(|l| !l.is_empty())
+            .collect();
+        assert!(story.iter().any(|line| line.starts_with("  fail: chi-square (")), "{out}");
+        assert!(
+            story.iter().any(|line| line.contains(" sigma ") && line.contains(" expected  at ")),
+            "{out}"
+        );
+        let replay = format!("  replay: warpcheck verify {name} --samples 20000 --seed 4 --alpha 0.999");
+        assert_eq!(story.last(), Some(&replay.as_str()), "{out}");
+        let planes = read_planes(folder.path().join(format!("out/{}.exr", name.replace('/', "-")))).unwrap();
+        let residuals = planes.get("residual").unwrap().iter().filter(|r| r.is_finite());
+        let worst = residuals.fold(0.0_f32, |worst, r| worst.max(r.abs()));
+        let stated = sampler["worst_cells"][0]["residual"].as_f64().unwrap().abs();
+        assert!((f64::from(worst) / stated - 1.0).abs() < 1e-5, "{worst} drawn, {stated} stated");
+    }
+}
+
+// ---- what it refuses ----
+
+#[test]
+fn what_makes_no_sense_is_refused_in_one_sentence() {
+    let folder = tempdir().unwrap();
+    fs::write(folder.path().join("file"), "").unwrap();
+    let cornell = |words: &str| format!("render {CORNELL} {words}");
+    for (words, sentence) in [
+        ("verify phong/5O".to_owned(), "there is no sampler `phong/5O`; did you mean `phong/50`?"),
+        ("verify trangle".to_owned(), "there is no sampler `trangle`; did you mean `triangle`?"),
+        ("verify --list quaternions".to_owned(), "there is no sampler `quaternions` (--list shows all)"),
+        ("histogram ggx/0.5x".to_owned(), "there is no file or sampler `ggx/0.5x`; did you mean `ggx/0.5`?"),
+        (
+            "histogram triangle".to_owned(),
+            "`triangle` is a family; name one of triangle/low-distortion, triangle/square-root",
+        ),
+        ("verify --samples 0".to_owned(), "'0' for '--samples <SAMPLES>': there must be at least 1"),
+        ("verify --samples -3".to_owned(), "'-3' for '--samples <SAMPLES>': there must be at least 1"),
+        ("verify --samples 1e99".to_owned(), "'1e99' for '--samples <SAMPLES>': too many: at most 1e15"),
+        ("verify --samples many".to_owned(), "'many' for '--samples <SAMPLES>': not a count; write 300, 50k"),
+        ("verify --samples 2.5".to_owned(), "'2.5' for '--samples <SAMPLES>': not a whole number"),
+        ("verify --samples".to_owned(), "a value is required for '--samples <SAMPLES>'"),
+        ("verify --seed -1".to_owned(), "'-1' for '--seed <SEED>'"),
+        ("verify --alpha 2".to_owned(), "'2' for '--alpha <ALPHA>': must be a number between 0 and 1"),
+        ("verify --alpha -1".to_owned(), "'-1' for '--alpha <ALPHA>': must be a number between 0 and 1"),
+        ("verify --alpha nan".to_owned(), "'nan' for '--alpha <ALPHA>': must be a number between 0 and 1"),
+        ("verify --data nowhere".to_owned(), "there is no folder nowhere"),
+        ("verify --out file/out".to_owned(), "can't make the folder file/out"),
+        ("verify --out file".to_owned(), "can't make the folder file"),
+        ("histogram triangle/square-root --out file/out".to_owned(), "can't make the folder file/out"),
+        (cornell("--out file/out"), "can't make the folder file/out"),
+        ("verify --json none/run.json".to_owned(), "there is no folder none to write none/run.json into"),
+        ("verify --json .".to_owned(), ". is a folder, not a file"),
+        ("histogram sphere/uniform --samples 1k,0".to_owned(), "'0' for '--samples <SAMPLES>'"),
+        ("histogram sphere/uniform --height 0".to_owned(), "'0' for '--height <HEIGHT>'"),
+        ("histogram sphere/uniform --height 1e9".to_owned(), "'1e9' for '--height <HEIGHT>'"),
+        ("histogram sphere/uniform --rows diagonal".to_owned(), "[possible values: uniform-v, uniform-cos]"),
+        ("histogram".to_owned(), "required arguments were not provided: <TARGET>"),
+        (cornell("--spp 0"), "'0' for '--spp <SPP>': there must be at least 1"),
+        (cornell("--spp -1"), "'-1' for '--spp <SPP>': there must be at least 1"),
+        (cornell("--spp 1,1e12"), "'1e12' for '--spp <SPP>': too many: at most 1e9"),
+        (cornell("--strategy bdpt"), "`bdpt` is no strategy; it must be uniform, brdf, light, mis, or mis:C"),
+        (cornell("--strategy mis:1.5"), "`mis:1.5` is no strategy"),
+        ("verfy".to_owned(), "unrecognized subcommand 'verfy'; tip: a similar subcommand exists: 'verify'"),
+    ] {
+        let Output { status, stdout, stderr } = warpcheck(&folder, &words).output().unwrap();
+        let said = text(&stderr);
+        assert_eq!(status.code(), Some(2), "{words}: {said}");
+        assert_eq!((said.lines().count(), text(&stdout).as_str()), (1, ""), "{words}: {said}");
+        assert!(said.starts_with("warpcheck: ") && said.contains(sentence), "{words}: {said}");
+        let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+        assert_eq!(left, ["file"], "{words} left something behind");
+    }
+}
+
+// ---- histogram ----
+
+/// Lit by one texel and a darker column; values that both file formats hold exactly.
+fn small_map() -> Picture {
+    Picture::from_fn(8, 4, |x, y| match (x, y) {
+        (5, 1) => [8.0, 8.0, 8.0],
+        (2, _) => [1.0, 0.5, 0.25],
+        _ => [0.0; 3],
+    })
+}
+
+fn write_hdr(path: &Path, picture: &Picture) {
+    let pixels: Vec<_> = picture.pixels().iter().map(|&p| image::Rgb(p)).collect();
+    let encoder = image::codecs::hdr::HdrEncoder::new(fs::File::create(path).unwrap());
+    encoder.encode(&pixels, picture.width(), picture.height()).unwrap();
+}
+
+#[test]
+fn histograms_of_a_map() {
+    let folder = tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    write_exr(path("sky.exr"), &small_map()).unwrap();
+    write_hdr(&path("land.hdr"), &small_map());
+    let said = exits(&folder, "histogram sky.exr --samples 20k,1500,20k --out out", 0);
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(lines.len(), 2, "{said}");
+    assert!(lines[0].starts_with("1500 samples in ") && lines[0].contains("out/sky-1500.png"), "{said}");
+    assert!(lines[1].starts_with("20000 samples in ") && lines[1].contains("out/sky-20k.png"), "{said}");
+    let expected = ["sky-1500.exr", "sky-1500.png", "sky-20k.exr", "sky-20k.png"];
+    assert_eq!(files(&path("out")), expected);
+    for (name, samples) in [("sky-1500", 1500.0), ("sky-20k", 20e3)] {
+        png(path("out").join(name).with_extension("png"));
+        let planes = read_planes(path("out").join(name).with_extension("exr")).unwrap();
+        assert_eq!((planes.width(), planes.height()), (8, 4));
+        let names: BTreeSet<_> = planes.names().collect();
+        assert_eq!(names, ["claimed", "counts", "importance", "target", "uniform"].into());
+        assert_eq!(sum(&planes, "counts"), samples);
+        let plane = |name| planes.get(name).unwrap();
+        // Solid angle of a texel of row 0 and 3, of row 1 and 2.
+        let quarter = std::f64::consts::FRAC_PI_4;
+        let angles = [1.0 - quarter.cos(), quarter.cos()].map(|x| x * quarter);
+        for i in 0..32 {
+            let lit = small_map().pixels()[i] != [0.0; 3];
+            for name in ["counts", "importance", "target", "claimed"] {
+                assert_eq!(plane(name)[i] > 0.0, lit, "{name} of texel {i}");
+            }
+            let angle = angles[usize::from((1..=2).contains(&(i / 8)))];
+            let density = f64::from(plane("counts")[i]) / samples / angle;
+            // The histogram measures its pixels by a few places in each.
+            assert!((f64::from(plane("importance")[i]) - density).abs() <= 3e-3 * density, "texel {i}");
+        }
+        let bright = f64::from(plane("counts")[8 + 5]) / samples;
+        assert!((0.80..0.92).contains(&bright), "{bright} of the samples in the brightest texel");
+    }
+    // The format of the map changes nothing, nor does the number of threads; the seed does.
+    for (words, same) in [("", true), ("--seed 1", true), ("--seed 2", false)] {
+        let command = format!("histogram land.hdr --samples 20k --out again {words}");
+        warpcheck(&folder, &command).env("RAYON_NUM_THREADS", "1").output().unwrap();
+        let [one, two] = ["out/sky-20k.exr", "again/land-20k.exr"].map(|name| fs::read(path(name)).unwrap());
+        assert_eq!(one == two, same, "{command}");
+    }
+}
+
+#[test]
+fn a_constant_map_is_uniform_in_cos_theta() {
+    let folder = tempdir().unwrap();
+    write_exr(folder.path().join("grey.exr"), &Picture::from_fn(6, 3, |_, _| [0.5; 3])).unwrap();
+    exits(&folder, "histogram grey.exr --rows uniform-cos --height 16 --samples 1k --out out", 0);
+    let planes = read_planes(folder.path().join("out/grey-1k.exr")).unwrap();
+    assert_eq!((planes.width(), planes.height()), (32, 16));
+    let everywhere = 0.25 * std::f32::consts::FRAC_1_PI;
+    assert!(planes.get("claimed").unwrap().iter().all(|p| (p / everywhere - 1.0).abs() < 1e-5));
+}
+
+#[test]
+fn histograms_of_samplers_on_their_own_domains() {
+    let folder = tempdir().unwrap();
+    for (name, width, height) in [
+        ("triangle/square-root", 64, 64),
+        ("hemisphere/cosine", 64, 64),
+        ("sphere/uniform", 128, 64),
+        ("discrete/ragged", 256, 64),
+        ("sphere", 128, 64), // a family of one
+    ] {
+        let out = TempDir::new_in(folder.path()).unwrap();
+        let words = format!("histogram {name} --samples 10k,20k --height 64 --out {}", out.path().display());
+        let said = exits(&folder, &words, 0);
+        assert_eq!(said.lines().count(), 2, "{said}");
+        let found = files(out.path());
+        assert_eq!(found.len(), 4, "{found:?}");
+        for (files, samples) in found.chunks(2).zip([10e3, 20e3]) {
+            png(out.path().join(&files[1]));
+            let planes = read_planes(out.path().join(&files[0])).unwrap();
+            assert_eq!((planes.width(), planes.height()), (width, height), "{name}");
+            assert_eq!(planes.names().collect::<Vec<_>>(), ["claimed", "counts", "drawn"]);
+            assert_eq!(sum(&planes, "counts"), samples, "{name}");
+        }
+    }
+}
+
+// ---- render ----
+
+fn size(picture: &Picture) -> (usize, usize) {
+    (picture.width(), picture.height())
+}
+
+#[test]
+fn a_picture_for_every_strategy_and_count() {
+    let folder = tempdir().unwrap();
+    let render = |words: &str, threads: &str| {
+        let words = format!("render {CORNELL} {words}");
+        let output = warpcheck(&folder, &words).env("RAYON_NUM_THREADS", threads).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        text(&output.stdout)
+    };
+    let said = render("--strategy light,mis:0.25 --spp 2,1 --out out", "2");
+    assert_eq!(said.lines().count(), 4, "{said}");
+    let stems = ["light-1spp", "light-2spp", "mis-0.25-1spp", "mis-0.25-2spp"];
+    let expected: Vec<_> =
+        stems.iter().flat_map(|s| ["exr", "png"].map(|e| format!("cornell-{s}.{e}"))).collect();
+    let out = folder.path().join("out");
+    assert_eq!(files(&out), expected);
+    for stem in stems {
+        let path = out.join(format!("cornell-{stem}.exr"));
+        let picture = read(&path).unwrap();
+        assert_eq!(size(&picture), (256, 256));
+        assert_eq!(picture.first_bad_texel(), None);
+        let mean = picture.pixels().iter().map(|p| f64::from(p[0])).sum::<f64>() / 65536.0;
+        assert!((0.1..1.0).contains(&mean), "{mean}");
+        assert_eq!(png(path.with_extension("png")), (256, 256));
+    }
+    // One pass more is what two passes would have been, whatever the threads; another seed is another picture.
+    render("--strategy light --spp 2 --out again", "1");
+    render("--strategy light --spp 2 --seed 2 --out other", "1");
+    let bytes = |out: &str, e: &str| {
+        fs::read(folder.path().join(out).join(format!("cornell-light-2spp.{e}"))).unwrap()
+    };
+    for extension in ["exr", "png"] {
+        assert!(bytes("out", extension) == bytes("again", extension));
+        assert!(bytes("out", extension) != bytes("other", extension));
+    }
+}
+
+/// The Cornell box as a stamp, so that many passes take no time.
+fn small_scene(folder: &TempDir) -> PathBuf {
+    let scene = fs::read_to_string(CORNELL).unwrap();
+    let mesh = format!("{}/data/scene/cornell_measured.obj", env!("CARGO_MANIFEST_DIR"));
+    let scene = scene.replace("cornell_measured.obj", &mesh).replace("256", "24");
+    let file = folder.path().join("stamp.toml");
+    fs::write(&file, scene).unwrap();
+    file
+}
+
+#[test]
+fn the_contact_sheet_shows_strategies_by_counts() {
+    let folder = tempdir().unwrap();
+    small_scene(&folder);
+    let said = exits(&folder, "render stamp.toml --sheet --out all", 0);
+    assert_eq!(said.lines().count(), 5 * 3 + 1, "{said}");
+    assert_eq!(said.lines().last(), Some("contact sheet: all/stamp-sheet.png"));
+    let strategies = ["brdf", "light", "mis-0.25", "mis-0.5", "mis-0.75"];
+    let pictures = strategies.iter().flat_map(|s| [1, 10, 100].map(|spp| format!("stamp-{s}-{spp}spp")));
+    let mut expected: Vec<_> = pictures.flat_map(|p| ["exr", "png"].map(|e| format!("{p}.{e}"))).collect();
+    expected.push("stamp-sheet.png".to_owned());
+    expected.sort();
+    assert_eq!(files(&folder.path().join("all")), expected);
+    let (width, height) = png(folder.path().join("all/stamp-sheet.png"));
+    assert!(width > 3 * 256 && height > 5 * 256, "{width} x {height}");
+
+    exits(&folder, "render stamp.toml --sheet --spp 1,2 --strategy uniform --out two", 0);
+    let (narrow, low) = png(folder.path().join("two/stamp-sheet.png"));
+    assert!(narrow < width - 200 && low < height - 3 * 256, "{narrow} x {low}");
+}
+
+// ---- Ctrl-C and closed pipes ----
+
+/// Starts it, presses Ctrl-C a moment after it has made `out`, and returns what it printed.
+#[cfg(unix)]
+#[track_caller]
+fn interrupted(folder: &TempDir, words: &str) -> String {
+    use std::time::{Duration, Instant};
+    let wait_for = |what: &str, mut done: Box<dyn FnMut() -> bool + '_>| {
+        let start = Instant::now();
+        while !done() {
+            assert!(start.elapsed() < Duration::from_secs(20), "{words}: no {what} in 20 s");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    };
+    let mut child = warpcheck(folder, words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    wait_for("folder", Box::new(|| folder.path().join("out").is_dir()));
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(child.try_wait().unwrap().is_none(), "{words}: over before Ctrl-C");
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    let mut ended = false;
+    let start = Instant::now();
+    while !ended && start.elapsed() < Duration::from_secs(20) {
+        std::thread::sleep(Duration::from_millis(20));
+        ended = child.try_wait().unwrap().is_some();
+    }
+    if !ended {
+        child.kill().unwrap();
+    }
+    let Output { status, stdout, stderr } = child.wait_with_output().unwrap();
+    assert!(ended, "{words}: did not stop in 20 s");
+    assert_eq!((status.code(), text(&stderr).as_str()), (Some(130), ""), "{words}");
+    text(&stdout)
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_what_was_verified() {
+    let folder = tempdir().unwrap();
+    let out = interrupted(&folder, "verify hemisphere --samples 10G --out out --json out/run.json");
+    assert!(out.contains("stopped: 1 of 2 samplers were examined"), "{out}");
+    assert_eq!(files(folder.path()), ["out/hemisphere-uniform.png", "out/overview.png", "out/run.json"]);
+    png(folder.path().join("out/hemisphere-uniform.png"));
+    let report = json(&folder.path().join("out/run.json"));
+    let drawn = report["samplers"][0]["samples"].as_u64().unwrap();
+    assert!((1_000_000..1_000_000_000).contains(&drawn), "{drawn}");
+    assert_eq!(report["verdict"], "pass");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_the_histogram_so_far() {
+    for target in ["sky.exr", "triangle/square-root"] {
+        let folder = tempdir().unwrap();
+        write_exr(folder.path().join("sky.exr"), &small_map()).unwrap();
+        let out = interrupted(&folder, &format!("histogram {target} --samples 10G,20G --out out"));
+        let drawn: f64 = out.split(' ').next().unwrap().parse().unwrap();
+        assert!((1e6..1e9).contains(&drawn), "{out}");
+        let stem = target.trim_end_matches(".exr").replace('/', "-");
+        let expected = ["exr", "png"].map(|e| format!("{stem}-10G.{e}"));
+        assert_eq!(files(&folder.path().join("out")), expected);
+        png(folder.path().join("out").join(&expected[1]));
+        let planes = read_planes(folder.path().join("out").join(&expected[0])).unwrap();
+        assert!((sum(&planes, "counts") / drawn - 1.0).abs() < 1e-6);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_the_passes_so_far() {
+    let folder = tempdir().unwrap();
+    small_scene(&folder);
+    let out =
+        interrupted(&folder, "render stamp.toml --sheet --strategy light,brdf --spp 1,1000000 --out out");
+    assert_eq!(out.lines().count(), 3, "{out}");
+    let stems = ["stamp-light-1000000spp", "stamp-light-1spp"];
+    let mut expected: Vec<_> =
+        stems.iter().flat_map(|s| ["exr", "png"].map(|e| format!("{s}.{e}"))).collect();
+    expected.push("stamp-sheet.png".to_owned());
+    assert_eq!(files(&folder.path().join("out")), expected);
+    for name in expected {
+        let path = folder.path().join("out").join(&name);
+        match name.ends_with("exr") {
+            true => assert_eq!(size(&read(path).unwrap()), (24, 24)),
+            false => drop(png(path)),
+        }
+    }
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_trouble() {
+    let folder = tempdir().unwrap();
+    small_scene(&folder);
+    for words in [
+        "--help",
+        "verify --list",
+        "verify sphere triangle --samples 20k --out out",
+        "histogram triangle/square-root --samples 1k,2k --height 32 --out out",
+        "render stamp.toml --spp 1,2 --sheet --out out",
+    ] {
+        let mut child =
+            warpcheck(&folder, words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let Output { status, stderr, .. } = child.wait_with_output().unwrap();
+        assert_eq!((status.code(), text(&stderr).as_str()), (Some(0), ""), "{words}");
+    }
+    assert!(files(&folder.path().join("out")).contains(&"stamp-sheet.png".to_owned()), "the work is done");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_said() {
+    let folder = tempdir().unwrap();
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output = warpcheck(&folder, "verify --list").stdout(full).output().unwrap();
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.starts_with("warpcheck: can't write the result: ") && said.lines().count() == 1, "{said}");
+}
