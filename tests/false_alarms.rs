@@ -1,4 +1,4 @@
-//! How often right samplers fail: no more often than alpha says, and p-values are uniform.
+//! How often right samplers fail or come out inconclusive: no more often than alpha says, and p-values are uniform.
 
 use glam::Vec3;
 use warpcheck::sampler::*;
@@ -22,8 +22,8 @@ fn rate<S: Sampler>(name: &str, sampler: &S) -> u64 {
             p_values.push(p);
         }
         let report = Report::new(vec![examination], &settings);
-        assert_ne!(report.verdict(), Verdict::Inconclusive, "{name}, seed {seed}:\n{report}");
-        failures += u64::from(report.verdict() == Verdict::Fail);
+        // What is widened into inconclusive just before it fails counts as an alarm too.
+        failures += u64::from(report.verdict() != Verdict::Pass);
     }
     assert_eq!(p_values.len() as u64, RUNS);
     p_values.sort_by(f64::total_cmp);

@@ -10,8 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Where pictures go unless told.
 pub const DEFAULT_OUT: &str = "warpcheck-out";
 
-/// The most samples that can be asked for: a year of drawing.
-const MOST: u64 = 1_000_000_000_000_000;
+/// The most samples that can be asked for: days of drawing.
+const MOST: u64 = 1_000_000_000_000;
 
 /// A count such as `300`, `50k`, `1.5M`, `1G` or `1e8`.
 pub fn count(text: &str) -> Result<u64, String> {
@@ -73,12 +73,16 @@ impl OutputFolder {
         let made = Self(missing.map(Path::to_owned).collect());
         std::fs::create_dir_all(folder)
             .with_context(|| format!("can't make the folder {}", folder.display()))?;
-        let probe = folder.join(format!(".warpcheck-{}-probe", std::process::id()));
-        std::fs::write(&probe, b"")
-            .and_then(|()| std::fs::remove_file(&probe))
-            .with_context(|| format!("can't write into the folder {}", folder.display()))?;
+        probe(folder)?;
         Ok(made)
     }
+}
+
+fn probe(folder: &Path) -> Result<()> {
+    let probe = folder.join(format!(".warpcheck-{}-probe", std::process::id()));
+    std::fs::write(&probe, b"")
+        .and_then(|()| std::fs::remove_file(&probe))
+        .with_context(|| format!("can't write into the folder {}", folder.display()))
 }
 
 impl Drop for OutputFolder {
@@ -95,10 +99,14 @@ pub fn output_file(file: &Path, made: &Path) -> Result<()> {
     if file.is_dir() {
         bail!("{} is a folder, not a file", file.display());
     }
+    if file.extension().is_some_and(|e| e == "png" || e == "exr") {
+        bail!("{} is the name of a picture; call the JSON file something else", file.display());
+    }
     match file.parent() {
         Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() && folder != made => {
             bail!("there is no folder {} to write {} into", folder.display(), file.display())
         }
+        Some(folder) if folder.is_dir() => probe(folder),
         _ => Ok(()),
     }
 }

@@ -30,8 +30,8 @@ pub struct Arguments {
     /// How theta is placed inside a row of a map
     #[arg(long, value_enum, default_value_t = Rows::UniformV)]
     rows: Rows,
-    /// Height of the histogram in pixels; that of the map, or 256, unless told
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=8192), allow_negative_numbers = true)]
+    /// Height of the histogram in pixels; that of the map (2048 at most), or 256, unless told
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=2048), allow_negative_numbers = true)]
     height: Option<u32>,
     /// Folder for pictures
     #[arg(long, value_name = "DIR", default_value = DEFAULT_OUT)]
@@ -49,6 +49,10 @@ enum Rows {
     UniformCos,
 }
 
+/// Rows of the tallest histogram: a dozen planes of 2048 x 4096 pixels take a gigabyte.
+const TALLEST: usize = 2048;
+/// Uniform samples, at most.
+const UNIFORM: u64 = 10_000_000;
 /// Samples that are drawn as dots.
 const DOTS: usize = 1500;
 
@@ -95,7 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             }
             let start = Instant::now();
             let figure = subject.histogram(height, &run.settings(samples, &entry.name));
-            let path = run.path(&entry.name, samples);
+            let path = run.path(&entry.name, figure.histogram.samples);
             write_sampler(&path, &entry.name, &figure)?;
             run.say(&figure.histogram, start, &path)?;
         }
@@ -191,7 +195,7 @@ impl Map {
             Rows::UniformCos => RowWarp::UniformCosTheta,
         };
         let sampler = catalogue::read_environment(file, rows)?;
-        let height = arguments.height.map_or(sampler.height(), |h| h as usize);
+        let height = arguments.height.map_or(sampler.height().min(TALLEST), |h| h as usize);
         let width = if height == sampler.height() { sampler.width() } else { 2 * height };
         let direction = |column: usize, row: usize| {
             let at = [(row as f64 + 0.5) / height as f64, (column as f64 + 0.5) / width as f64];
@@ -207,26 +211,22 @@ impl Map {
         let mean = (lit.clone().map(|l| l.ln()).sum::<f64>() / lit.count().max(1) as f64).exp();
         let tone = Tone::Srgb { stops: (0.18 / mean).log2() as f32 };
         let stem = file.file_stem().map_or_else(|| "map".into(), |s| s.to_string_lossy());
-        Ok(Self {
-            name: stem.into_owned(),
-            sampler,
-            picture,
-            tone,
-            width,
-            height,
-            target,
-            seed: arguments.seed,
-        })
+        let name = match rows {
+            RowWarp::UniformV => stem.into_owned(),
+            RowWarp::UniformCosTheta => format!("{stem}-uniform-cos"),
+        };
+        Ok(Self { name, sampler, picture, tone, width, height, target, seed: arguments.seed })
     }
 
     fn draw(&self, run: &Run<'_>, samples: u64) -> Result<()> {
         let start = Instant::now();
         let settings = run.settings(samples, &self.name);
         let importance = Histogram::draw(&self.sampler, self.width, self.height, &settings);
-        let path = run.path(&self.name, samples);
+        let path = run.path(&self.name, importance.samples);
         run.say(&importance, start, &path)?;
         // The uniform ones are only there to be looked at.
-        let settings = Settings { samples: importance.samples, progress: None, ..settings };
+        let settings =
+            Settings { samples: importance.samples.min(UNIFORM), progress: None, stop: None, ..settings };
         let uniform = Histogram::draw(&UniformSphere, self.width, self.height, &settings);
         let (drawn, flat) = (importance.density(&Sphere), uniform.density(&Sphere));
         let sheet = environment_sheet(
@@ -235,6 +235,7 @@ impl Map {
                 picture: &self.picture,
                 tone: self.tone,
                 samples: importance.samples,
+                uniform_samples: uniform.samples,
                 uniform: &flat,
                 importance: &drawn,
                 target: &self.target,

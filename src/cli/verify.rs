@@ -80,12 +80,15 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         stop: Some(Arc::clone(&stop)),
         ..Settings::default()
     };
+    // All of them before the first sample: a bad file is not to be met after the work of an hour.
+    let make =
+        |entry: &&Entry| entry.make().with_context(|| format!("can't make the sampler {}", entry.name));
+    let subjects = chosen.iter().map(make).collect::<Result<Vec<_>>>()?;
     let mut examinations = Vec::new();
-    for (i, entry) in chosen.iter().enumerate() {
+    for (i, (entry, subject)) in chosen.iter().zip(&subjects).enumerate() {
         bar.set_message(entry.name.clone());
         let (mine, before) = (bar.clone(), i as u64 * arguments.samples);
         settings.progress = Some(Arc::new(move |drawn| mine.set_position(before + drawn.samples)));
-        let subject = entry.make().with_context(|| format!("can't make the sampler {}", entry.name))?;
         examinations.push(subject.examine(&entry.name, &settings));
         if stop.load(Ordering::Relaxed) {
             break;
@@ -98,7 +101,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let replay = |name: &str| {
         let Arguments { samples, seed, alpha, .. } = arguments;
         // {:?}: 1e-300 is not spelled out.
-        format!("warpcheck verify {name} --samples {samples} --seed {seed} --alpha {alpha:?}")
+        let data =
+            arguments.data.as_ref().map(|data| format!(" --data {}", data.display())).unwrap_or_default();
+        format!("warpcheck verify {name} --samples {samples} --seed {seed} --alpha {alpha:?}{data}")
     };
     let style = match std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
         true => Style::Colour,
@@ -160,9 +165,12 @@ fn write_pictures(report: &Report, arguments: &Arguments) -> Result<()> {
     for (i, examination) in report.examinations.iter().enumerate() {
         let path = arguments.out.join(common::file_stem(&examination.name));
         write_png(common::with_extension(&path, "png"), &report::residual_sheet(report, i))?;
-        if report.verdict_on(i) != Verdict::Pass {
-            let planes = report::residual_planes(examination)?;
-            write_planes(common::with_extension(&path, "exr"), &planes, Compression::Zip)?;
+        let evidence = common::with_extension(&path, "exr");
+        if report.verdict_on(i) == Verdict::Pass {
+            // Of an earlier run that failed: it would tell a lie now.
+            let _ = std::fs::remove_file(evidence);
+        } else {
+            write_planes(evidence, &report::residual_planes(examination)?, Compression::Zip)?;
         }
         bar.inc(1);
     }

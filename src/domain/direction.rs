@@ -132,7 +132,7 @@ impl Domain for Hemisphere {
 
     fn locate(&self, w: &DVec3) -> Result<Location, Outside> {
         let (theta, phi) = angles(*w)?;
-        if w.z < 0.0 {
+        if w.z < -TOLERANCE {
             return Err(Outside(format!("is under the horizon: z = {:e}", w.z)));
         }
         Ok(Location { patch: 0, at: [(theta / FRAC_PI_2).min(1.0), phi / TAU] })

@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 
 /// The reals from `low` to `high`, measured by length; either end may be infinite.
 ///
-/// A finite interval is charted linearly; an infinite end by x = t / (1 - |t|), which keeps a density that falls
-/// like 1/x^2 or faster bounded on the chart.
+/// A finite interval is charted linearly, an infinite end by x = e^s - 1 with s = t / (1 - t), so that even tails as heavy as
+/// x^-1.05 lie within reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     low: f64,
@@ -18,10 +18,12 @@ impl Interval {
     /// From `low` to `high`, each finite or infinite.
     ///
     /// # Panics
-    /// Unless `low < high`.
+    /// Unless `low < high`, and if both are finite but their difference is not.
     #[track_caller]
     pub fn new(low: f64, high: f64) -> Self {
         assert!(low < high, "an interval needs low < high, got {low} and {high}");
+        let overflows = low.is_finite() && high.is_finite() && !(high - low).is_finite();
+        assert!(!overflows, "the interval from {low} to {high} is longer than any number");
         Self { low, high }
     }
 
@@ -34,6 +36,18 @@ impl Interval {
     pub fn positive() -> Self {
         Self::new(0.0, f64::INFINITY)
     }
+}
+
+/// x = e^s - 1, s = t / (1 - t), and dx / dt.
+fn stretch(t: f64) -> (f64, f64) {
+    let s = t / (1.0 - t);
+    (s.exp_m1(), s.exp() / ((1.0 - t) * (1.0 - t)))
+}
+
+/// The inverse of [`stretch`], for x >= 0.
+fn shrink(x: f64) -> f64 {
+    let s = x.max(0.0).ln_1p();
+    s / (1.0 + s)
 }
 
 impl Domain for Interval {
@@ -62,11 +76,17 @@ impl Domain for Interval {
                 let length = self.high - self.low;
                 (self.low + t * length, length)
             }
-            (true, false) => (self.low + t / (1.0 - t), (1.0 - t).powi(-2)),
-            (false, true) => (self.high - (1.0 - t) / t, t.powi(-2)),
+            (true, false) => {
+                let (x, slope) = stretch(t);
+                (self.low + x, slope)
+            }
+            (false, true) => {
+                let (x, slope) = stretch(1.0 - t);
+                (self.high - x, slope)
+            }
             (false, false) => {
-                let s = 2.0 * t - 1.0;
-                (s / (1.0 - s.abs()), 2.0 * (1.0 - s.abs()).powi(-2))
+                let (x, slope) = stretch((2.0 * t - 1.0).abs());
+                (if t < 0.5 { -x } else { x }, 2.0 * slope)
             }
         }
     }
@@ -76,19 +96,18 @@ impl Domain for Interval {
         if !x.is_finite() {
             return Err(Outside(format!("is not finite: {x}")));
         }
-        let slack = TOLERANCE
-            * [self.low, self.high, self.high - self.low]
-                .into_iter()
-                .filter(|v| v.is_finite())
-                .fold(0.0, |a: f64, v| a.max(v.abs()));
+        // Roundings of the ends, but never a noticeable part of the interval.
+        let size =
+            [self.low, self.high].into_iter().filter(|v| v.is_finite()).fold(0.0, |a: f64, v| a.max(v.abs()));
+        let slack = (TOLERANCE * size.max(1e-30)).min(1e-3 * (self.high - self.low));
         if x < self.low - slack || x > self.high + slack {
             return Err(Outside(format!("is {x}, outside of [{}, {}]", self.low, self.high)));
         }
         let t = match (self.low.is_finite(), self.high.is_finite()) {
             (true, true) => (x - self.low) / (self.high - self.low),
-            (true, false) => (x - self.low) / (1.0 + (x - self.low)),
-            (false, true) => 1.0 / (1.0 + (self.high - x)),
-            (false, false) => 0.5 + 0.5 * x / (1.0 + x.abs()),
+            (true, false) => shrink(x - self.low),
+            (false, true) => 1.0 - shrink(self.high - x),
+            (false, false) => 0.5 + 0.5 * shrink(x.abs()).copysign(x),
         };
         Ok(Location { patch: 0, at: [t.clamp(0.0, 1.0), 0.0] })
     }

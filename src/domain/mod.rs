@@ -18,7 +18,7 @@ pub use direction::{Hemisphere, Sphere};
 pub use discrete::Discrete;
 pub use flat::{Disk, Interval, Square};
 pub use partition::{Cell, Knots, Partition};
-pub use quadrature::{Integral, Integrator};
+pub use quadrature::{Integral, Integrator, integrate_at_random};
 pub use surface::{MeshSurface, SurfacePoint, Triangle};
 
 use std::fmt::{Debug, Display};

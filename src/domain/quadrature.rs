@@ -5,7 +5,7 @@
 //! across the axis that causes it until the tolerance is met or the budget is used up. Where the caller says that
 //! the density is smooth between known lines (texels), rectangles keep to them and start with a rule of five points.
 
-use super::{Cell, Domain, Knots};
+use super::{Cell, Domain, Knots, Location};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -20,6 +20,8 @@ pub struct Integral {
     pub evaluations: u64,
     /// How often it was 0: some, but not all, where the edge of a support crosses the cell.
     pub zeros: u64,
+    /// The first place met where the integrand was NaN, infinite or negative, and what it was.
+    pub bad: Option<(Location, f64)>,
 }
 
 impl std::ops::Add for Integral {
@@ -32,6 +34,7 @@ impl std::ops::Add for Integral {
             error: self.error + other.error,
             evaluations: self.evaluations + other.evaluations,
             zeros: self.zeros + other.zeros,
+            bad: self.bad.or(other.bad),
         }
     }
 }
@@ -131,41 +134,40 @@ impl Integrator {
     ) -> Integral {
         if domain.axes() == 0 {
             // Atoms: the integral is a plain sum, and its rounding error at most (count - 1) roundings.
-            let value =
-                cell.patches.clone().map(|patch| density(&domain.point(patch, [0.0; 2]).0)).sum::<f64>();
+            let mut bad = None;
+            let value = (cell.patches.clone())
+                .map(|patch| {
+                    let value = density(&domain.point(patch, [0.0; 2]).0);
+                    if !is_density(value) && bad.is_none() {
+                        bad = Some((Location { patch, at: [0.0; 2] }, value));
+                    }
+                    value
+                })
+                .sum::<f64>();
             let evaluations = cell.patches.len() as u64;
             let error = evaluations as f64 * f64::EPSILON * value.abs();
-            return Integral { value, error, evaluations, zeros: 0 };
+            return Integral { value, error, evaluations, zeros: 0, bad };
         }
         let f = |patch: usize, at: [f64; 2]| {
             let (point, jacobian) = domain.point(patch, at);
-            if jacobian == 0.0 { 0.0 } else { density(&point) * jacobian }
+            // At a pole, or farther out than numbers go.
+            if jacobian == 0.0 || !jacobian.is_finite() {
+                return (0.0, true);
+            }
+            let value = density(&point);
+            (value * jacobian, is_density(value))
         };
-        let mut run = Run { f, axes: domain.axes(), evaluations: 0, zeros: 0 };
+        let mut run = Run { f, axes: domain.axes(), evaluations: 0, zeros: 0, bad: None };
         let mut heap = BinaryHeap::new();
         let (mut settled, mut settled_error) = (0.0, 0.0);
-        let cuts = |axis: usize| -> Vec<f64> {
-            let mut cuts = vec![cell.low[axis]];
-            cuts.extend_from_slice(knots.between(axis, cell.low[axis], cell.high[axis]));
-            cuts.extend_from_slice(grading.between(axis, cell.low[axis], cell.high[axis]));
-            cuts.sort_by(f64::total_cmp);
-            cuts.push(cell.high[axis]);
-            cuts
-        };
-        let first = cuts(0);
-        let second = if domain.axes() == 2 { cuts(1) } else { vec![0.0, 1.0] };
         let has_knots = !knots.axes[0].is_empty() || !knots.axes[1].is_empty();
-        for patch in cell.patches.clone() {
-            for a in first.windows(2) {
-                for b in second.windows(2) {
-                    let piece = run.measure(patch, [a[0], b[0]], [a[1], b[1]], has_knots);
-                    if piece.error > 0.01 * self.relative_tolerance * piece.value.abs() {
-                        heap.push(piece);
-                    } else {
-                        settled += piece.value;
-                        settled_error += piece.error;
-                    }
-                }
+        for (patch, low, high) in pieces(domain, cell, knots, grading) {
+            let piece = run.measure(patch, low, high, has_knots);
+            if piece.error > 0.01 * self.relative_tolerance * piece.value.abs() {
+                heap.push(piece);
+            } else {
+                settled += piece.value;
+                settled_error += piece.error;
             }
         }
         loop {
@@ -182,7 +184,13 @@ impl Integrator {
                 || run.evaluations >= self.max_evaluations
                 || !value.is_finite()
             {
-                return Integral { value, error, evaluations: run.evaluations, zeros: run.zeros };
+                return Integral {
+                    value,
+                    error,
+                    evaluations: run.evaluations,
+                    zeros: run.zeros,
+                    bad: run.bad,
+                };
             }
             let batch = 1 + heap.len() / 4;
             let mut halves = Vec::with_capacity(2 * batch);
@@ -213,20 +221,104 @@ impl Integrator {
     }
 }
 
+/// The rectangles that lines cut a cell into, as (patch, low, high).
+fn pieces<D: Domain>(
+    domain: &D,
+    cell: &Cell,
+    knots: &Knots,
+    grading: &Knots,
+) -> Vec<(usize, [f64; 2], [f64; 2])> {
+    let cuts = |axis: usize| -> Vec<f64> {
+        if axis >= domain.axes() {
+            return vec![0.0, 1.0];
+        }
+        let (low, high) = (cell.low[axis], cell.high[axis]);
+        let mut cuts = vec![low];
+        cuts.extend_from_slice(knots.between(axis, low, high));
+        cuts.extend_from_slice(grading.between(axis, low, high));
+        cuts.sort_by(f64::total_cmp);
+        cuts.push(high);
+        cuts
+    };
+    let (first, second) = (cuts(0), cuts(1));
+    let mut pieces = Vec::with_capacity(cell.patches.len() * first.len() * second.len());
+    for patch in cell.patches.clone() {
+        for a in first.windows(2) {
+            pieces.extend(second.windows(2).map(|b| (patch, [a[0], b[0]], [a[1], b[1]])));
+        }
+    }
+    pieces
+}
+
+/// The integral of `density` over `cell` once more, by another rule that shares no node with [`Integrator`] and can't fall into step with
+/// the integrand: jittered points, one in each of a few thousand strata. Returns the value and its standard error, from the differences of
+/// neighbouring strata, which is if anything too large.
+pub fn integrate_at_random<D: Domain>(
+    domain: &D,
+    cell: &Cell,
+    knots: &Knots,
+    grading: &Knots,
+    density: impl Fn(&D::Point) -> f64,
+    mut uniform: impl FnMut() -> f64,
+) -> (f64, f64) {
+    const STRATA: usize = 4096;
+    let pieces = pieces(domain, cell, knots, grading);
+    let each = (STRATA / pieces.len()).max(4);
+    let (columns, rows) = if domain.axes() == 2 {
+        let side = (each as f64).sqrt() as usize;
+        (side.next_multiple_of(2), side)
+    } else {
+        (1, each.next_multiple_of(2))
+    };
+    let (mut value, mut variance) = (0.0, 0.0);
+    for (patch, low, high) in pieces {
+        let count = (columns * rows) as f64;
+        let size = [(high[0] - low[0]) / rows as f64, (high[1] - low[1]) / columns as f64];
+        let area = size[0] * size[1];
+        let (mut last, mut sum, mut squares) = (0.0, 0.0, 0.0);
+        for stratum in 0..columns * rows {
+            let at = [
+                low[0] + (((stratum / columns) as f64) + uniform()) * size[0],
+                low[1] + (((stratum % columns) as f64) + uniform()) * size[1],
+            ];
+            let (point, jacobian) = domain.point(patch, at);
+            let f = if jacobian == 0.0 || !jacobian.is_finite() { 0.0 } else { density(&point) * jacobian };
+            sum += f;
+            if stratum % 2 == 1 {
+                squares += (f - last) * (f - last);
+            }
+            last = f;
+        }
+        debug_assert!(count >= 2.0);
+        value += sum * area;
+        variance += squares * area * area;
+    }
+    (value, variance.sqrt())
+}
+
 struct Run<F> {
     f: F,
     axes: usize,
     evaluations: u64,
     zeros: u64,
+    bad: Option<(Location, f64)>,
 }
 
-impl<F: Fn(usize, [f64; 2]) -> f64> Run<F> {
+fn is_density(value: f64) -> bool {
+    value.is_finite() && value >= 0.0
+}
+
+impl<F: Fn(usize, [f64; 2]) -> (f64, bool)> Run<F> {
     fn measure(&mut self, patch: usize, low: [f64; 2], high: [f64; 2], cheap: bool) -> Piece {
         let half = [0.5 * (high[0] - low[0]), 0.5 * (high[1] - low[1])];
         let centre = [0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])];
         let mut at = |x: f64, y: f64| {
             self.evaluations += 1;
-            let value = (self.f)(patch, [centre[0] + x * half[0], centre[1] + y * half[1]]);
+            let at = [centre[0] + x * half[0], centre[1] + y * half[1]];
+            let (value, sound) = (self.f)(patch, at);
+            if !sound && self.bad.is_none() {
+                self.bad = Some((Location { patch, at }, value));
+            }
             self.zeros += u64::from(value == 0.0);
             value
         };

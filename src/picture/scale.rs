@@ -166,7 +166,7 @@ mod tests {
         assert!(residuals.position(f64::NAN).is_nan());
         let labels = |scale: Scale| scale.ticks().into_iter().map(|t| t.label).collect::<Vec<_>>();
         assert_eq!(labels(residuals), ["<=-5", ">=5", "0", "-2.5", "2.5"]);
-        assert_eq!(labels(Scale::Log { floor: 1.0, max: 1e5 })[..5], ["<=1", "1e5", "10", "100", "1000"]);
+        assert_eq!(labels(Scale::Log { floor: 1.0, max: 1e5 })[..5], ["<=1", ">=1e5", "10", "100", "1000"]);
         assert_eq!(labels(Scale::Linear { min: 0.0, max: 1.0 }), ["0", "1", "0.25", "0.5", "0.75"]);
         for scale in [
             Scale::Linear { min: 3.0, max: 3.0 },

@@ -162,7 +162,7 @@ pub fn environment_sheet(name: &str, map: &EnvironmentFigure<'_>) -> Canvas {
         .row(
             "",
             [
-                Tile::new(heat.paint(&uniform)).caption(counts(map.samples)),
+                Tile::new(heat.paint(&uniform)).caption(counts(map.uniform_samples)),
                 Tile::new(heat.paint(&target)).caption("luminance, normalised"),
                 Tile::new(heat.paint(&importance)).caption(counts(map.samples)),
             ],
@@ -178,8 +178,10 @@ pub struct EnvironmentFigure<'a> {
     pub picture: &'a crate::picture::Picture,
     /// How it is shown.
     pub tone: crate::picture::Tone,
-    /// Samples in each histogram.
+    /// Importance samples in their histogram.
     pub samples: u64,
+    /// Uniform samples in theirs.
+    pub uniform_samples: u64,
     /// Histogram of uniform samples, as a density per solid angle.
     pub uniform: &'a [f64],
     /// Histogram of importance samples, likewise.

@@ -98,7 +98,7 @@ pub fn table(report: &Report, style: Style, replay: impl Fn(&str) -> String) -> 
     );
     let _ = writeln!(
         out,
-        "would have seen: the relative error of the density over that share of the mass that is caught with probability 0.99"
+        "would have seen: the relative error of the density over that share of the mass in one piece, that is caught with probability 0.99"
     );
     out
 }

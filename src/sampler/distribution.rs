@@ -1,9 +1,10 @@
-//! A `rand` distribution with a density becomes a [`Sampler`].
+//! A `rand` distribution with a density, or a `statrs` distribution, becomes a [`Sampler`](super::Sampler).
 
 use super::closure::{Closures, FromPoint, IntoDraw, from_fn};
-use crate::domain::Domain;
+use crate::domain::{Domain, Interval};
 use crate::random::SplitMix64;
 use rand::distr::Distribution;
+use statrs::distribution::{Continuous, ContinuousCDF};
 
 /// A sampler of the points that `distribution` draws, with this density per the domain's measure.
 ///
@@ -33,4 +34,28 @@ where
     P: Fn(Q) -> T + Sync,
 {
     from_fn(domain, move |xi: f64| distribution.sample(&mut SplitMix64::from_variate(xi)), density)
+}
+
+/// A sampler that inverts the CDF of a continuous `statrs` distribution, with its own density.
+///
+/// ```
+/// use statrs::distribution::Gamma;
+/// use warpcheck::{domain::Interval, sampler::from_statrs};
+/// let gamma = from_statrs(Interval::positive(), Gamma::new(3.0, 2.0).unwrap());
+/// warpcheck::verify(&gamma).samples(20_000).run().assert();
+/// ```
+pub fn from_statrs<S>(
+    domain: Interval,
+    distribution: S,
+) -> Closures<Interval, impl Fn(f64) -> f64 + Sync, impl Fn(f64) -> f64 + Sync, f64, f64, (f64, f64)>
+where
+    S: ContinuousCDF<f64, f64> + Continuous<f64, f64> + Clone + Sync,
+{
+    let inverted = distribution.clone();
+    from_fn(
+        domain,
+        // Inside of (0, 1): an infinite end is no point.
+        move |xi: f64| inverted.inverse_cdf(xi.max(f64::EPSILON / 4.0)),
+        move |x: f64| distribution.pdf(x),
+    )
 }

@@ -293,7 +293,8 @@ struct Slices {
     low: f64,
     per_unit: f64,
     /// The cones that reach into each slice.
-    slices: Vec<Vec<Cone>>,
+    slices: Vec<Vec<u32>>,
+    cones: Vec<Cone>,
 }
 
 impl Slices {
@@ -311,12 +312,14 @@ impl Slices {
             low,
             per_unit: count as f64 / (high - low).max(1e-9),
             slices: vec![Vec::new(); count],
+            cones: Vec::new(),
         };
         for (cone, corners) in cones {
             let (from, to) = range(corners, axis);
             for slice in new.slice(from)..=new.slice(to) {
-                new.slices[slice].push(cone);
+                new.slices[slice].push(new.cones.len() as u32);
             }
+            new.cones.push(cone);
         }
         new
     }
@@ -326,7 +329,7 @@ impl Slices {
     }
 
     fn density(&self, w: DVec3) -> f64 {
-        self.slices[self.slice(w[self.axis])].iter().map(|cone| cone.density(w)).sum()
+        self.slices[self.slice(w[self.axis])].iter().map(|&i| self.cones[i as usize].density(w)).sum()
     }
 }
 

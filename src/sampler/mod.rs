@@ -22,7 +22,7 @@ pub use barycentric::{BarycentricWarp, TriangleWarp};
 pub use closure::{Closures, FromPoint, IntoDraw, ToPoint, Variates, from_fn};
 pub use cosine_hemisphere::CosineHemisphere;
 pub use discrete::{Choice, DiscreteCdf};
-pub use distribution::from_distribution;
+pub use distribution::{from_distribution, from_statrs};
 pub use environment::{Environment, EnvironmentSample, RowWarp, luminance};
 pub use frame::Frame;
 pub use ggx::GgxVisibleNormals;

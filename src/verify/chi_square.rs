@@ -7,13 +7,16 @@
 //! - errors of the expected counts lower the statistic before it fails anybody: sqrt(X^2) is a norm of (O - E) / sqrt E, so
 //!   the true one is at least sqrt(X^2) - sqrt(sum (n err)^2 / E).
 //!
+//! A discrete domain with more entries than cells is also counted by the remainder of the index, so that entries which lie between each other (a table
+//! that reaches only every second one) don't hide in one cell.
+//!
 //! Coarse cells see a slight error over much of the mass, fine ones a strong error in a small place; their p-values are corrected together.
 
-use super::expectation::Expectation;
+use super::expectation::{Expectation, MODULI};
 use super::finding::{Evidence, Finding, Verdict};
 use super::map::CellFigure;
 use super::tally::Tally;
-use crate::domain::Domain;
+use crate::domain::{Cell, Domain};
 use crate::statistics::{binomial, chi_square};
 
 const CHECK: &str = "chi-square";
@@ -21,13 +24,17 @@ const CHECK: &str = "chi-square";
 const LEAST: f64 = 8.0;
 /// An error of a mass, absolute, that leaves an exact test conclusive.
 const NARROW: f64 = 1e-4;
-/// Numbers of cells that the scales aim at.
-const SCALES: [usize; 3] = [16, 128, 1024];
+/// Numbers of cells that the scales aim at; the finest ones are there only if there are samples for them.
+const SCALES: [usize; 5] = [16, 128, 1024, 8192, 65536];
+/// Below this many samples a cell a finer scale is not worth a test of its own.
+const WORTH: f64 = 100.0;
 
 pub(super) struct Outcome {
     pub findings: Vec<Finding>,
     /// The cells of the finest scale.
     pub cells: Vec<CellFigure>,
+    /// What has no place: the rejected samples, and the pool of light cells at the finest scale.
+    pub elsewhere: Vec<CellFigure>,
     /// The cell of each leaf, `None` in the pool.
     pub cell_of_leaf: Vec<Option<usize>>,
     /// Degrees of freedom of each scale.
@@ -40,6 +47,7 @@ pub(super) fn check<D: Domain>(domain: &D, expectation: &Expectation, tally: &Ta
     let mut outcome = Outcome {
         findings: Vec::new(),
         cells: Vec::new(),
+        elsewhere: Vec::new(),
         cell_of_leaf: vec![None; masses.len()],
         degrees: Vec::new(),
     };
@@ -56,6 +64,13 @@ pub(super) fn check<D: Domain>(domain: &D, expectation: &Expectation, tally: &Ta
         mass: (1.0 - expectation.total.value).max(0.0),
         error: expectation.total.error + 1e-6,
     };
+    let figure = |place: &str, count: Count| CellFigure {
+        cell: Cell { patches: 0..0, low: [0.0; 2], high: [0.0; 2] },
+        place: place.to_owned(),
+        observed: count.observed,
+        expected: count.mass * n,
+        samples: tally.samples,
+    };
     let mut separately = Vec::new();
     // A rejected mass that is all quadrature error is no cell: the exact test knows what to do with an interval.
     let rejected_is_cell = rejected.mass * n >= LEAST && rejected.slack(n) < 0.5;
@@ -63,7 +78,7 @@ pub(super) fn check<D: Domain>(domain: &D, expectation: &Expectation, tally: &Ta
         separately.push(("rejected", rejected));
     }
     let mut last_cells = 0;
-    for scale in SCALES {
+    for scale in SCALES.into_iter().filter(|&scale| scale <= 1024 || n / scale as f64 >= WORTH) {
         let groups = expectation.partition.group(&masses, 1.0 / scale as f64, LEAST / n);
         if groups.cells.len() == last_cells {
             continue;
@@ -87,6 +102,10 @@ pub(super) fn check<D: Domain>(domain: &D, expectation: &Expectation, tally: &Ta
             })
             .collect();
         outcome.cell_of_leaf = groups.of_leaf;
+        outcome.elsewhere = vec![figure("rejected", rejected)];
+        if pool.observed > 0 || pool.mass > 0.0 {
+            outcome.elsewhere.push(figure("the pool of light cells", pool));
+        }
         if rejected_is_cell {
             counts.push(rejected);
         }
@@ -101,6 +120,19 @@ pub(super) fn check<D: Domain>(domain: &D, expectation: &Expectation, tally: &Ta
         outcome.degrees.push(counts.len() as u64 - 1);
         outcome.findings.push(pearson(&counts, n));
     }
+    for (modulus, masses) in MODULI.into_iter().zip(&expectation.remainders) {
+        let observed = &tally.remainders[MODULI.iter().position(|&m| m == modulus).unwrap_or(0)];
+        let counts: Vec<Count> = masses
+            .iter()
+            .zip(observed)
+            .map(|(&mass, &observed)| Count { observed, mass, error: 0.0 })
+            .collect();
+        if counts.iter().all(|c| c.mass * n >= LEAST) && rejected.mass * n < LEAST {
+            let mut finding = pearson(&counts, n);
+            finding.part = format!("index modulo {modulus}");
+            outcome.findings.push(finding);
+        }
+    }
     // The light cells of two scales often are the same ones.
     separately
         .dedup_by(|a, b| (a.0, a.1.observed, a.1.mass.to_bits()) == (b.0, b.1.observed, b.1.mass.to_bits()));
@@ -112,6 +144,11 @@ pub(super) fn check<D: Domain>(domain: &D, expectation: &Expectation, tally: &Ta
             1 if domain.axes() == 0 && domain.patches() == 1 => {
                 Finding::certain(CHECK, Verdict::Pass, "there is only one entry to choose")
             }
+            _ if tally.rejected == tally.samples => Finding::certain(
+                CHECK,
+                Verdict::Inconclusive,
+                "every sample was rejected: there is nothing to judge",
+            ),
             _ => Finding::certain(
                 CHECK,
                 Verdict::Inconclusive,
@@ -154,7 +191,9 @@ fn pearson(counts: &[Count], n: f64) -> Finding {
                 conservative if conservative < 1e-6 => Evidence::Chance { p: tail(statistic), conservative },
                 _ => Evidence::Certain(Verdict::Inconclusive),
             },
-            detail: format!("{figures}, but errors of the expected counts alone may make it {slack:.1}"),
+            detail: format!(
+                "{figures}, but errors of the expected counts alone may make it {slack:.1}; if the density jumps, say along which lines (knots)"
+            ),
         };
     }
     let evidence = Evidence::Chance { p: tail(statistic), conservative: tail(lowered) };

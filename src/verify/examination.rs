@@ -1,7 +1,7 @@
 //! All checks on one sampler, before anything is judged.
 
 use super::expectation::Expectation;
-use super::finding::{Evidence, Finding};
+use super::finding::{Evidence, Finding, Verdict};
 use super::map::{CellFigure, Painter, ResidualMap};
 use super::settings::Settings;
 use super::{agreement, chi_square, edges, map, normalisation, tally};
@@ -41,6 +41,8 @@ pub struct Examination {
     pub findings: Vec<Finding>,
     /// The cells of the finest scale.
     pub cells: Vec<CellFigure>,
+    /// What the finest scale counted without a place on the domain: rejected samples, and the pool of light cells.
+    pub elsewhere: Vec<CellFigure>,
     /// Degrees of freedom of each scale of the chi-square test.
     pub degrees: Vec<u64>,
     /// Time that it took.
@@ -60,9 +62,9 @@ impl Examination {
         (self.painter)(height)
     }
 
-    /// The cells whose counts are farthest from what was expected, worst first.
+    /// The cells whose counts are farthest from what was expected, worst first; rejected samples and the pool of light cells count as cells.
     pub fn worst_cells(&self, count: usize) -> Vec<&CellFigure> {
-        let mut cells: Vec<_> = self.cells.iter().collect();
+        let mut cells: Vec<_> = self.cells.iter().chain(&self.elsewhere).collect();
         cells.sort_by(|a, b| b.residual().abs().total_cmp(&a.residual().abs()));
         cells.truncate(count);
         cells
@@ -98,12 +100,21 @@ pub(super) fn examine<S: Sampler>(sampler: &S, name: String, settings: &Settings
     let start = Instant::now();
     let domain = sampler.domain();
     let mut findings = vec![edges::check(sampler)];
-    let expectation = Expectation::new(sampler, settings.seed, settings.samples);
-    findings.push(normalisation::check(&expectation));
+    let mut expectation = Expectation::new(sampler, settings.seed, settings.samples);
     let tally = tally::draw(sampler, &expectation.partition, settings);
-    findings.push(agreement::support(&tally));
-    findings.push(agreement::check(&tally));
-    let counts = chi_square::check(&domain, &expectation, &tally);
+    let rejected = tally.rejected as f64 / tally.samples.max(1) as f64;
+    let mut normalisation = normalisation::check(&domain, &expectation, rejected);
+    let mut counts = chi_square::check(&domain, &expectation, &tally);
+    let suspicious = |finding: &Finding| match finding.evidence {
+        Evidence::Certain(verdict) => verdict != Verdict::Pass,
+        Evidence::Chance { conservative, .. } => conservative < settings.alpha,
+    };
+    if suspicious(&normalisation) || counts.findings.iter().any(suspicious) {
+        expectation.doubt(sampler, settings.seed);
+        normalisation = normalisation::check(&domain, &expectation, rejected);
+        counts = chi_square::check(&domain, &expectation, &tally);
+    }
+    findings.extend([normalisation, agreement::support(&tally), agreement::check(&tally)]);
     findings.extend(counts.findings);
     Examination {
         name,
@@ -116,6 +127,7 @@ pub(super) fn examine<S: Sampler>(sampler: &S, name: String, settings: &Settings
         integral: (expectation.total.value, expectation.total.error),
         findings,
         cells: counts.cells.clone(),
+        elsewhere: counts.elsewhere,
         degrees: counts.degrees,
         time: start.elapsed(),
         painter: map::painter(domain, expectation.partition, counts.cells, counts.cell_of_leaf),

@@ -20,9 +20,15 @@ pub struct CellFigure {
 impl CellFigure {
     /// The signed standardised residual (O - E) / sqrt(E (1 - E / n)): about standard normal if the sampler is right.
     pub fn residual(&self) -> f64 {
-        let spread =
-            (self.expected * (1.0 - self.expected / self.samples as f64)).max(f64::MIN_POSITIVE).sqrt();
-        (self.observed as f64 - self.expected) / spread
+        let variance = self.expected * (1.0 - self.expected / self.samples as f64);
+        let difference = self.observed as f64 - self.expected;
+        if variance > 1e-9 * self.expected {
+            difference / variance.sqrt()
+        } else if difference.abs() <= 1e-6 * self.expected {
+            0.0 // all samples are expected here, and all are here
+        } else {
+            difference.signum() * f64::INFINITY
+        }
     }
 }
 

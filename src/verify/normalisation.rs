@@ -3,19 +3,27 @@
 
 use super::expectation::Expectation;
 use super::finding::{Finding, Verdict};
+use crate::domain::Domain;
 
 const CHECK: &str = "normalisation";
 /// What `f32` densities may add up to too much.
 const ROUNDING: f64 = 1e-5;
 
-pub(super) fn check(expectation: &Expectation) -> Finding {
+pub(super) fn check<D: Domain>(domain: &D, expectation: &Expectation, rejected: f64) -> Finding {
     let total = expectation.total;
-    let figures = format!("the density integrates to {:.7} +- {:.1e}", total.value, total.error);
+    if let Some((place, value)) = total.bad {
+        let point = domain.point(place.patch, place.at).0;
+        return Finding::certain(CHECK, Verdict::Fail, format!("the density at {point:?} is {value}"));
+    }
+    let figures = format!(
+        "the density integrates to {:.7} +- {:.1e}, and {:.3e} of the samples were rejected",
+        total.value, total.error, rejected
+    );
     if let Some(contradiction) = &expectation.contradiction {
         return Finding::certain(CHECK, Verdict::Fail, contradiction.clone());
     }
-    if total.value.is_nan() || total.value - total.error < 0.0 && total.value < 0.0 {
-        return Finding::certain(CHECK, Verdict::Fail, figures);
+    if !total.value.is_finite() {
+        return Finding::certain(CHECK, Verdict::Inconclusive, figures);
     }
     let over = total.value - 1.0;
     let verdict = if over <= ROUNDING {

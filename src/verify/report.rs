@@ -37,31 +37,30 @@ pub struct Report {
 impl Report {
     /// Judges examinations together.
     pub fn new(examinations: Vec<Examination>, settings: &Settings) -> Self {
+        // A p-value that could not be computed fails nobody; it makes its finding inconclusive below.
+        let known = |p: f64| if p.is_nan() { 1.0 } else { p };
         let chances = |pick: fn(f64, f64) -> f64| {
-            let ours = examinations.iter().flat_map(|e| &e.findings).filter_map(|f| match f.evidence {
-                // A p-value that could not be computed fails nobody here, and is reported below.
-                Evidence::Chance { p, conservative } => {
-                    Some(pick(p, conservative)).map(|p| if p.is_nan() { 1.0 } else { p })
-                }
-                Evidence::Certain(_) => None,
-            });
-            let mut all: Vec<f64> = ours.collect();
-            let count = all.len();
-            all.resize(count + settings.other_tests as usize, 1.0);
-            let mut adjusted = holm(&all).unwrap_or_else(|_| vec![1.0; all.len()]);
-            adjusted.truncate(count);
-            adjusted.into_iter()
+            let all: Vec<f64> = examinations
+                .iter()
+                .flat_map(|e| &e.findings)
+                .filter_map(|f| match f.evidence {
+                    Evidence::Chance { p, conservative } => Some(known(pick(p, conservative))),
+                    Evidence::Certain(_) => None,
+                })
+                .collect();
+            holm(&all).unwrap_or_else(|_| vec![1.0; all.len()]).into_iter()
         };
         let (mut raw, mut conservative) = (chances(|p, _| p), chances(|_, c| c));
-        let tests = raw.len() as u64 + settings.other_tests;
+        let tests = raw.len() as u64;
+        let alpha = settings.own_alpha();
         let conclude = |finding: &Finding| {
             let (verdict, adjusted_p) = match finding.evidence {
                 Evidence::Certain(verdict) => (verdict, None),
                 Evidence::Chance { p, .. } => {
                     let (raw, sure) = (raw.next().unwrap_or(1.0), conservative.next().unwrap_or(1.0));
-                    let verdict = if sure < settings.alpha {
+                    let verdict = if !(sure >= alpha) {
                         Verdict::Fail
-                    } else if raw < settings.alpha || p.is_nan() {
+                    } else if raw < alpha || p.is_nan() {
                         Verdict::Inconclusive
                     } else {
                         Verdict::Pass
@@ -74,14 +73,7 @@ impl Report {
         let mut conclude = conclude;
         let conclusions =
             examinations.iter().map(|e| e.findings.iter().map(&mut conclude).collect()).collect();
-        Self {
-            conclusions,
-            alpha: settings.alpha,
-            seed: settings.seed,
-            samples: settings.samples,
-            tests,
-            examinations,
-        }
+        Self { conclusions, alpha, seed: settings.seed, samples: settings.samples, tests, examinations }
     }
 
     /// The verdict on one sampler: the worst of its findings.
@@ -129,7 +121,7 @@ impl Display for Report {
                 if let Some(best) = power.iter().find(|p| p.mass == 0.05).or(power.first()) {
                     writeln!(
                         f,
-                        "  would have caught, with probability 0.99, an error of {:.2}% over any {}% of the mass",
+                        "  would have caught, with probability 0.99, an error of {:.2}% over {}% of the mass in one piece",
                         100.0 * best.error,
                         100.0 * best.mass
                     )?;
@@ -137,6 +129,11 @@ impl Display for Report {
                 continue;
             }
             self.write_failure(f, i)?;
+            writeln!(
+                f,
+                "  replay: warpcheck::verify(&sampler).samples({}).seed({}).alpha({})",
+                examination.samples, self.seed, self.alpha
+            )?;
         }
         Ok(())
     }
@@ -147,6 +144,12 @@ impl Report {
     pub fn write_failure(&self, f: &mut impl std::fmt::Write, sampler: usize) -> std::fmt::Result {
         let examination = &self.examinations[sampler];
         let mut by_counts = false;
+        let (integral, error) = examination.integral;
+        writeln!(
+            f,
+            "  the density integrates to {integral:.6} +- {error:.0e}; {} of {} samples were rejected",
+            examination.rejected, examination.samples
+        )?;
         for conclusion in self.conclusions[sampler].iter().filter(|c| c.verdict != Verdict::Pass) {
             let finding = &conclusion.finding;
             write!(f, "  {}: {}", conclusion.verdict, finding.check)?;
@@ -167,13 +170,13 @@ impl Report {
                 writeln!(f, "  worst places:")?;
             }
             for cell in worst {
+                let residual = cell.residual();
+                let sigmas =
+                    if residual.abs() < 1e6 { format!("{residual:+.1}") } else { format!("{residual:+.1e}") };
                 writeln!(
                     f,
-                    "    {:+8.1} sigma  {} samples, {:.1} expected  at {}",
-                    cell.residual(),
-                    cell.observed,
-                    cell.expected,
-                    cell.place
+                    "    {sigmas:>9} sigma  {} samples, {:.1} expected  at {}",
+                    cell.observed, cell.expected, cell.place
                 )?;
             }
         }

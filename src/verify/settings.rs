@@ -24,8 +24,8 @@ pub struct Settings {
     pub seed: u64,
     /// The probability that a run of right samplers fails, at most, over everything it tests.
     pub alpha: f64,
-    /// How many other tests the same suite runs; they share alpha.
-    pub other_tests: u64,
+    /// How many other samplers the same suite verifies in runs of their own; all share alpha.
+    pub others: u64,
     /// Called now and then while samples are drawn.
     pub progress: Option<Arc<dyn Fn(Drawn) + Send + Sync>>,
     /// Once set, drawing ends soon and what was drawn is judged.
@@ -34,11 +34,16 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { samples: 1_000_000, seed: 1, alpha: 1e-3, other_tests: 0, progress: None, stop: None }
+        Self { samples: 1_000_000, seed: 1, alpha: 1e-3, others: 0, progress: None, stop: None }
     }
 }
 
 impl Settings {
+    /// The part of alpha that is this run's own.
+    pub(super) fn own_alpha(&self) -> f64 {
+        self.alpha / (1.0 + self.others as f64)
+    }
+
     pub(crate) fn stopped(&self) -> bool {
         self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
@@ -67,7 +72,12 @@ impl<'a, S: Sampler> Verify<'a, S> {
     }
 
     /// How many samples to draw; 1e6 unless told.
+    ///
+    /// # Panics
+    /// If it is 0.
+    #[track_caller]
     pub fn samples(mut self, samples: u64) -> Self {
+        assert!(samples > 0, "there must be at least 1 sample");
         self.settings.samples = samples;
         self
     }
@@ -79,18 +89,23 @@ impl<'a, S: Sampler> Verify<'a, S> {
     }
 
     /// The probability that a right sampler fails, at most; 1e-3 unless told.
+    ///
+    /// # Panics
+    /// Unless it lies between 0 and 1.
+    #[track_caller]
     pub fn alpha(mut self, alpha: f64) -> Self {
+        assert!(alpha > 0.0 && alpha < 1.0, "alpha is {alpha}; it must lie between 0 and 1");
         self.settings.alpha = alpha;
         self
     }
 
     /// How many other samplers the same suite verifies; alpha is shared among all.
-    pub fn among(mut self, other_tests: u64) -> Self {
-        self.settings.other_tests = other_tests;
+    pub fn among(mut self, others: u64) -> Self {
+        self.settings.others = others;
         self
     }
 
-    /// All settings at once.
+    /// All settings at once, in place of any that were made before.
     pub fn settings(mut self, settings: Settings) -> Self {
         self.settings = settings;
         self

@@ -3,6 +3,7 @@
 //! Samples are drawn in shards of fixed size, each from its own stream, and merged in order: the same seed gives the same counts on any
 //! number of threads.
 
+use super::expectation::MODULI;
 use super::settings::{Drawn, Settings};
 use crate::domain::{Domain, Partition};
 use crate::random::{fill_unit, stream};
@@ -11,8 +12,9 @@ use crate::sampler::{Sample, Sampler};
 const SHARD: u64 = 1 << 14;
 /// Shards between two looks at the clock; also what bounds the memory.
 const BATCH: u64 = 64;
-/// In this many first shards the density is asked again at the sample's point.
-const ASKED_AGAIN: u64 = 4;
+/// In this many first shards the density is asked again at every sample's point, later at each one in [`ASKED_RARELY`].
+const ASKED_ALWAYS: u64 = 4;
+const ASKED_RARELY: u64 = 16;
 /// Rounding may move a sample on the border of the support this far beyond it.
 const BORDER: f64 = 1e-6;
 
@@ -58,6 +60,8 @@ pub(super) struct Disagreement {
 pub(super) struct Tally {
     pub samples: u64,
     pub per_leaf: Vec<u64>,
+    /// Samples by the remainder of their index, for each of [`MODULI`].
+    pub remainders: [Vec<u64>; 2],
     pub rejected: u64,
     pub outside: Offences,
     /// Density 0 although no neighbour has any.
@@ -70,9 +74,14 @@ pub(super) struct Tally {
 }
 
 impl Tally {
+    fn empty(leaves: usize) -> Self {
+        Self { per_leaf: vec![0; leaves], remainders: MODULI.map(|m| vec![0; m]), ..Self::default() }
+    }
+
     fn merge(&mut self, other: Self) {
         self.samples += other.samples;
-        self.per_leaf.iter_mut().zip(&other.per_leaf).for_each(|(a, b)| *a += b);
+        let mine = self.per_leaf.iter_mut().chain(self.remainders.iter_mut().flatten());
+        mine.zip(other.per_leaf.iter().chain(other.remainders.iter().flatten())).for_each(|(a, b)| *a += b);
         self.rejected += other.rejected;
         self.outside.merge(other.outside);
         self.unsupported.merge(other.unsupported);
@@ -90,7 +99,7 @@ impl Tally {
 /// Draws `settings.samples` samples, or fewer if stopped.
 pub(super) fn draw<S: Sampler>(sampler: &S, partition: &Partition, settings: &Settings) -> Tally {
     let leaves = partition.leaves().len();
-    let mut total = Tally { per_leaf: vec![0; leaves], ..Tally::default() };
+    let mut total = Tally::empty(leaves);
     let shards = settings.samples.div_ceil(SHARD);
     let mut next = 0;
     while next < shards && !(settings.stopped() && next > 0) {
@@ -111,17 +120,27 @@ pub(super) fn draw<S: Sampler>(sampler: &S, partition: &Partition, settings: &Se
 
 fn draw_shard<S: Sampler>(sampler: &S, partition: &Partition, seed: u64, shard: u64, count: u64) -> Tally {
     let domain = sampler.domain();
+    let discrete = domain.axes() == 0;
     let mut rng = stream(seed, "verify", shard);
     let mut xi = vec![0.0; sampler.dimensions()];
-    let mut tally = Tally { samples: count, per_leaf: vec![0; partition.leaves().len()], ..Tally::default() };
-    for _ in 0..count {
+    let mut tally = Tally { samples: count, ..Tally::empty(partition.leaves().len()) };
+    for i in 0..count {
         fill_unit(&mut rng, &mut xi);
         let Some(sample) = sampler.sample(&xi) else {
             tally.rejected += 1;
             continue;
         };
         match domain.locate(&sample.point) {
-            Ok(location) => tally.per_leaf[partition.leaf_of(&location)] += 1,
+            Ok(location) => {
+                tally.per_leaf[partition.leaf_of(&location)] += 1;
+                if discrete {
+                    tally
+                        .remainders
+                        .iter_mut()
+                        .zip(MODULI)
+                        .for_each(|(counts, m)| counts[location.patch % m] += 1);
+                }
+            }
             Err(why) => {
                 tally.outside.add(&xi, || format!("the point {why}"));
                 continue;
@@ -136,8 +155,8 @@ fn draw_shard<S: Sampler>(sampler: &S, partition: &Partition, seed: u64, shard: 
             } else {
                 tally.unsupported.add(&xi, || format!("the density at {:?} is 0", sample.point));
             }
-        } else if shard < ASKED_AGAIN {
-            ask_again(sampler, &domain, &sample, &xi, &mut tally.disagreement);
+        } else if shard < ASKED_ALWAYS || i % ASKED_RARELY == 0 {
+            ask_again(sampler, &domain, &sample, &xi, &mut tally);
         }
     }
     tally
@@ -158,26 +177,37 @@ fn ask_again<S: Sampler>(
     domain: &S::Domain,
     sample: &Sample<<S::Domain as Domain>::Point>,
     xi: &[f64],
-    found: &mut Disagreement,
+    tally: &mut Tally,
 ) {
-    found.asked += 1;
+    tally.disagreement.asked += 1;
     let (returned, asked) = (sample.density, sampler.density(&sample.point));
+    if !(asked.is_finite() && asked >= 0.0) {
+        tally.invalid.add(xi, || format!("asked for the density at {:?}, it says {asked}", sample.point));
+        return;
+    }
+    if asked == 0.0 {
+        if has_density_nearby(sampler, domain, sample) {
+            tally.on_border += 1;
+        } else {
+            tally.unsupported.add(xi, || format!("asked for the density at {:?}, it says 0", sample.point));
+        }
+        return;
+    }
     let slack = 1e-4 * returned;
     if (returned - asked).abs() <= slack {
         return;
     }
-    let near = domain.neighbours(&sample.point, 2.5e-7);
     let (mut low, mut high) = (asked, asked);
-    for p in &near {
-        let density = sampler.density(p);
+    for p in domain.neighbours(&sample.point, 2.5e-7) {
+        let density = sampler.density(&p);
         (low, high) = (low.min(density), high.max(density));
     }
     let spread = high - low;
     let excess = (low - spread - returned).max(returned - (high + spread));
-    if excess > slack || asked.is_nan() {
+    if !(excess <= slack) {
+        let found = &mut tally.disagreement;
         found.wrong += 1;
-        let relative = (returned - asked).abs() / returned;
-        let relative = if relative.is_nan() { f64::INFINITY } else { relative };
+        let relative = (returned / asked).max(asked / returned) - 1.0;
         if relative > found.worst {
             found.worst = relative;
             let what =
