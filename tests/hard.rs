@@ -12,7 +12,7 @@ fn run<S: Sampler>(sampler: &S, samples: u64) -> Report {
 
 #[track_caller]
 fn does_not_fail<S: Sampler>(name: &str, sampler: &S) {
-    let report = run(sampler, 1_000_000);
+    let report = run(sampler, 400_000);
     assert_ne!(report.verdict(), Verdict::Fail, "{name}:\n{report}");
 }
 
@@ -41,7 +41,7 @@ fn maps_without_knots() {
 /// A comb whose teeth may keep step with the nodes of a quadrature rule.
 #[test]
 fn combs() {
-    for teeth in [2001.0, 4096.0, 65_536.0] {
+    for teeth in [2001.0, 65_536.0] {
         let comb = from_fn(
             Square,
             move |[u, v]: [f64; 2]| {
@@ -94,13 +94,13 @@ fn singular_densities_and_heavy_tails() {
 /// Every second entry can't be reached, its neighbour comes twice as often: a table with too few bits.
 #[test]
 fn entries_that_lie_between_each_other() {
-    for entries in [1000_usize, 20_000, 100_000, 1_000_000] {
+    for entries in [1000_usize, 100_000, 1_000_000] {
         let halved = from_fn(
             Discrete::new(entries),
             move |u: f64| ((u * entries as f64) as usize) & !1,
             move |_: usize| 1.0 / entries as f64,
         );
-        fails(&format!("{entries} entries"), &halved, 2_000_000);
+        fails(&format!("{entries} entries"), &halved, 1_000_000);
         let right = from_fn(
             Discrete::new(entries),
             move |u: f64| (u * entries as f64) as usize,
