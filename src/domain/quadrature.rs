@@ -132,6 +132,18 @@ impl Integrator {
         grading: &Knots,
         density: impl Fn(&D::Point) -> f64,
     ) -> Integral {
+        self.integrate_dyn(domain, cell, knots, grading, &density)
+    }
+
+    /// Compiled once a domain, not once a sampler: the call costs little beside what it calls.
+    fn integrate_dyn<D: Domain>(
+        &self,
+        domain: &D,
+        cell: &Cell,
+        knots: &Knots,
+        grading: &Knots,
+        density: &dyn Fn(&D::Point) -> f64,
+    ) -> Integral {
         if domain.axes() == 0 {
             // Atoms: the integral is a plain sum, and its rounding error at most (count - 1) roundings.
             let mut bad = None;
@@ -148,7 +160,7 @@ impl Integrator {
             let error = evaluations as f64 * f64::EPSILON * value.abs();
             return Integral { value, error, evaluations, zeros: 0, bad };
         }
-        let f = |patch: usize, at: [f64; 2]| {
+        let f = &|patch: usize, at: [f64; 2]| {
             let (point, jacobian) = domain.point(patch, at);
             // At a pole, or farther out than numbers go.
             if jacobian == 0.0 || !jacobian.is_finite() {
@@ -258,8 +270,8 @@ pub fn integrate_at_random<D: Domain>(
     cell: &Cell,
     knots: &Knots,
     grading: &Knots,
-    density: impl Fn(&D::Point) -> f64,
-    mut uniform: impl FnMut() -> f64,
+    density: &dyn Fn(&D::Point) -> f64,
+    uniform: &mut dyn FnMut() -> f64,
 ) -> (f64, f64) {
     const STRATA: usize = 4096;
     let pieces = pieces(domain, cell, knots, grading);
@@ -296,8 +308,8 @@ pub fn integrate_at_random<D: Domain>(
     (value, variance.sqrt())
 }
 
-struct Run<F> {
-    f: F,
+struct Run<'a> {
+    f: &'a dyn Fn(usize, [f64; 2]) -> (f64, bool),
     axes: usize,
     evaluations: u64,
     zeros: u64,
@@ -308,7 +320,7 @@ fn is_density(value: f64) -> bool {
     value.is_finite() && value >= 0.0
 }
 
-impl<F: Fn(usize, [f64; 2]) -> (f64, bool)> Run<F> {
+impl Run<'_> {
     fn measure(&mut self, patch: usize, low: [f64; 2], high: [f64; 2], cheap: bool) -> Piece {
         let half = [0.5 * (high[0] - low[0]), 0.5 * (high[1] - low[1])];
         let centre = [0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])];

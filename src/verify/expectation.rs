@@ -6,7 +6,7 @@
 
 use crate::domain::{Domain, Integral, Integrator, Knots, Location, Partition, integrate_at_random};
 use crate::random::{fill_unit, stream, unit_f64};
-use crate::sampler::Sampler;
+use crate::sampler::{PointOf, Sampler};
 use std::collections::HashMap;
 
 /// Pilot samples, at least and at most; as a share of the samples that are judged between, so that more samples make finer cells.
@@ -114,8 +114,8 @@ fn at_random<S: Sampler>(
 ) -> (f64, f64) {
     let mut rng = stream(seed, "doubt", leaf as u64);
     let (cell, grading) = (&partition.leaves()[leaf], partition.grading(leaf));
-    let density = |p: &_| sampler.density(p);
-    integrate_at_random(&sampler.domain(), cell, knots, &grading, density, || unit_f64(&mut rng))
+    let (density, mut uniform) = (|p: &PointOf<S>| sampler.density(p), || unit_f64(&mut rng));
+    integrate_at_random(&sampler.domain(), cell, knots, &grading, &density, &mut uniform)
 }
 
 /// Where samples of a stream of their own fall.
