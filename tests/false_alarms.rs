@@ -6,7 +6,7 @@ use warpcheck::statistics::{binomial, kolmogorov};
 use warpcheck::verify;
 use warpcheck::verify::{Evidence, Report, Settings, Verdict};
 
-const RUNS: u64 = 60;
+const RUNS: u64 = 40;
 const ALPHA: f64 = 0.05;
 
 /// Counts the runs that fail, and checks the p-values of the chi-square test.

@@ -12,7 +12,7 @@ fn run<S: Sampler>(sampler: &S, samples: u64) -> Report {
 
 #[track_caller]
 fn does_not_fail<S: Sampler>(name: &str, sampler: &S) {
-    let report = run(sampler, 400_000);
+    let report = run(sampler, 200_000);
     assert_ne!(report.verdict(), Verdict::Fail, "{name}:\n{report}");
 }
 
