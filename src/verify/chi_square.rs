@@ -120,8 +120,8 @@ pub(super) fn check<D: Domain>(domain: &D, expectation: &Expectation, tally: &Ta
         outcome.degrees.push(counts.len() as u64 - 1);
         outcome.findings.push(pearson(&counts, n));
     }
-    for (modulus, masses) in MODULI.into_iter().zip(&expectation.remainders) {
-        let observed = &tally.remainders[MODULI.iter().position(|&m| m == modulus).unwrap_or(0)];
+    let remainders = expectation.remainders.iter().zip(&tally.remainders);
+    for (modulus, (masses, observed)) in MODULI.into_iter().zip(remainders) {
         let counts: Vec<Count> = masses
             .iter()
             .zip(observed)

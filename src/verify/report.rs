@@ -53,7 +53,7 @@ impl Report {
         let (mut raw, mut conservative) = (chances(|p, _| p), chances(|_, c| c));
         let tests = raw.len() as u64;
         let alpha = settings.own_alpha();
-        let conclude = |finding: &Finding| {
+        let mut conclude = |finding: &Finding| {
             let (verdict, adjusted_p) = match finding.evidence {
                 Evidence::Certain(verdict) => (verdict, None),
                 Evidence::Chance { p, .. } => {
@@ -70,7 +70,6 @@ impl Report {
             };
             Conclusion { verdict, adjusted_p, finding: finding.clone() }
         };
-        let mut conclude = conclude;
         let conclusions =
             examinations.iter().map(|e| e.findings.iter().map(&mut conclude).collect()).collect();
         Self { conclusions, alpha, seed: settings.seed, samples: settings.samples, tests, examinations }
