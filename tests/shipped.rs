@@ -22,7 +22,7 @@ fn assert_right(examinations: Vec<Examination>) {
             e.name,
             e.time,
             e.integral,
-            e.degrees,
+            e.scales,
             e.cells.len(),
             e.power(1e-5)
         );

@@ -1,6 +1,6 @@
 //! A sampler as a trait object: what can be done with one without knowing its points.
 
-use crate::domain::Domain;
+use crate::domain::Space;
 use crate::histogram::{Histogram, claimed_density};
 use crate::sampler::Sampler;
 use crate::verify::{Examination, Settings, verify};

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 use warpcheck::catalogue::{self, HistogramFigure};
-use warpcheck::domain::{Domain, Sphere};
+use warpcheck::domain::{Domain, Space, Sphere};
 use warpcheck::histogram::{Histogram, claimed_density};
 use warpcheck::picture::{Compression, Picture, Planes, Tone, write_planes, write_png};
 use warpcheck::random::{fill_unit, stream};

@@ -4,7 +4,7 @@
 //! d omega = sin theta d theta d phi. The angles come from `atan2`, so that the last bits of a direction near
 //! either pole are kept.
 
-use super::{Cell, Domain, Location, Outside, TOLERANCE};
+use super::{Cell, Domain, Location, Outside, Space, TOLERANCE};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -33,6 +33,19 @@ fn angles(w: DVec3) -> Result<(f64, f64), Outside> {
     Ok((w.x.hypot(w.y).atan2(w.z), if phi < 0.0 { phi + TAU } else { phi }))
 }
 
+/// Solid angle of a cell: (cos a - cos b) times the width in phi, without cancellation.
+fn solid_angle(cell: &Cell, theta_range: f64) -> f64 {
+    let (a, b) = (cell.low[0] * theta_range, cell.high[0] * theta_range);
+    2.0 * (0.5 * (a + b)).sin() * (0.5 * (b - a)).sin() * (cell.high[1] - cell.low[1]) * TAU
+}
+
+/// On the tangent plane at `from`, which touches the sphere to second order.
+fn tangent_step(from: DVec3, to: DVec3) -> Option<[f64; 2]> {
+    let (t, b) = from.normalize().any_orthonormal_pair();
+    let step = to - from;
+    step.is_finite().then_some([t.dot(step), b.dot(step)])
+}
+
 fn tangent_neighbours(w: DVec3, epsilon: f64) -> impl Iterator<Item = DVec3> {
     let (t, b) = w.any_orthonormal_pair();
     [t, -t, b, -b].into_iter().map(move |step| (w + epsilon * step).normalize())
@@ -49,8 +62,10 @@ fn describe(cell: &Cell, theta_range: f64) -> String {
     )
 }
 
-impl Domain for Sphere {
-    type Point = DVec3;
+impl Space for Sphere {
+    fn cell_measure(&self, cell: &Cell) -> f64 {
+        solid_angle(cell, PI)
+    }
 
     fn name(&self) -> &'static str {
         "sphere"
@@ -62,20 +77,6 @@ impl Domain for Sphere {
 
     fn measure(&self) -> f64 {
         4.0 * PI
-    }
-
-    fn point(&self, _: usize, at: [f64; 2]) -> (DVec3, f64) {
-        let theta = at[0] * PI;
-        (direction(theta, at[1] * TAU), PI * TAU * theta.sin())
-    }
-
-    fn locate(&self, w: &DVec3) -> Result<Location, Outside> {
-        let (theta, phi) = angles(*w)?;
-        Ok(Location { patch: 0, at: [theta / PI, phi / TAU] })
-    }
-
-    fn neighbours(&self, w: &DVec3, epsilon: f64) -> Vec<DVec3> {
-        tangent_neighbours(*w, epsilon).collect()
     }
 
     fn extent(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
@@ -108,8 +109,32 @@ impl Domain for Sphere {
     }
 }
 
-impl Domain for Hemisphere {
+impl Domain for Sphere {
     type Point = DVec3;
+
+    fn displacement(&self, from: &DVec3, to: &DVec3) -> Option<[f64; 2]> {
+        tangent_step(*from, *to)
+    }
+
+    fn point(&self, _: usize, at: [f64; 2]) -> (DVec3, f64) {
+        let theta = at[0] * PI;
+        (direction(theta, at[1] * TAU), PI * TAU * theta.sin())
+    }
+
+    fn locate(&self, w: &DVec3) -> Result<Location, Outside> {
+        let (theta, phi) = angles(*w)?;
+        Ok(Location { patch: 0, at: [theta / PI, phi / TAU] })
+    }
+
+    fn neighbours(&self, w: &DVec3, epsilon: f64) -> Vec<DVec3> {
+        tangent_neighbours(*w, epsilon).collect()
+    }
+}
+
+impl Space for Hemisphere {
+    fn cell_measure(&self, cell: &Cell) -> f64 {
+        solid_angle(cell, FRAC_PI_2)
+    }
 
     fn name(&self) -> &'static str {
         "hemisphere"
@@ -121,25 +146,6 @@ impl Domain for Hemisphere {
 
     fn measure(&self) -> f64 {
         TAU
-    }
-
-    fn point(&self, _: usize, at: [f64; 2]) -> (DVec3, f64) {
-        let theta = at[0] * FRAC_PI_2;
-        let mut w = direction(theta, at[1] * TAU);
-        w.z = w.z.max(0.0);
-        (w, FRAC_PI_2 * TAU * theta.sin())
-    }
-
-    fn locate(&self, w: &DVec3) -> Result<Location, Outside> {
-        let (theta, phi) = angles(*w)?;
-        if w.z < -TOLERANCE {
-            return Err(Outside(format!("is under the horizon: z = {:e}", w.z)));
-        }
-        Ok(Location { patch: 0, at: [(theta / FRAC_PI_2).min(1.0), phi / TAU] })
-    }
-
-    fn neighbours(&self, w: &DVec3, epsilon: f64) -> Vec<DVec3> {
-        tangent_neighbours(*w, epsilon).filter(|w| w.z >= 0.0).collect()
     }
 
     fn extent(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
@@ -175,5 +181,32 @@ impl Domain for Hemisphere {
 
     fn picture_caption(&self) -> &'static str {
         "equal-area disk seen from +Z: the rim is the horizon, +X to the right, +Y up"
+    }
+}
+
+impl Domain for Hemisphere {
+    type Point = DVec3;
+
+    fn displacement(&self, from: &DVec3, to: &DVec3) -> Option<[f64; 2]> {
+        tangent_step(*from, *to)
+    }
+
+    fn point(&self, _: usize, at: [f64; 2]) -> (DVec3, f64) {
+        let theta = at[0] * FRAC_PI_2;
+        let mut w = direction(theta, at[1] * TAU);
+        w.z = w.z.max(0.0);
+        (w, FRAC_PI_2 * TAU * theta.sin())
+    }
+
+    fn locate(&self, w: &DVec3) -> Result<Location, Outside> {
+        let (theta, phi) = angles(*w)?;
+        if w.z < -TOLERANCE {
+            return Err(Outside(format!("is under the horizon: z = {:e}", w.z)));
+        }
+        Ok(Location { patch: 0, at: [(theta / FRAC_PI_2).min(1.0), phi / TAU] })
+    }
+
+    fn neighbours(&self, w: &DVec3, epsilon: f64) -> Vec<DVec3> {
+        tangent_neighbours(*w, epsilon).filter(|w| w.z >= 0.0).collect()
     }
 }

@@ -1,6 +1,6 @@
 //! A finite set of entries, measured by counting: a density is the probability mass of an entry.
 
-use super::{Cell, Domain, Location, Outside};
+use super::{Cell, Domain, Location, Outside, Space};
 
 /// The indices `0..len`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,8 +30,10 @@ impl Discrete {
     }
 }
 
-impl Domain for Discrete {
-    type Point = usize;
+impl Space for Discrete {
+    fn cell_measure(&self, cell: &Cell) -> f64 {
+        cell.patches.len() as f64
+    }
 
     fn name(&self) -> &'static str {
         "discrete"
@@ -51,18 +53,6 @@ impl Domain for Discrete {
 
     fn axes(&self) -> usize {
         0
-    }
-
-    fn point(&self, patch: usize, _: [f64; 2]) -> (usize, f64) {
-        (patch, 1.0)
-    }
-
-    fn locate(&self, index: &usize) -> Result<Location, Outside> {
-        if *index < self.len {
-            Ok(Location { patch: *index, at: [0.0; 2] })
-        } else {
-            Err(Outside(format!("is index {index} of {} entries", self.len)))
-        }
     }
 
     fn describe(&self, cell: &Cell) -> String {
@@ -90,5 +80,21 @@ impl Domain for Discrete {
 
     fn picture_caption(&self) -> &'static str {
         "entries in order of index, left to right"
+    }
+}
+
+impl Domain for Discrete {
+    type Point = usize;
+
+    fn point(&self, patch: usize, _: [f64; 2]) -> (usize, f64) {
+        (patch, 1.0)
+    }
+
+    fn locate(&self, index: &usize) -> Result<Location, Outside> {
+        if *index < self.len {
+            Ok(Location { patch: *index, at: [0.0; 2] })
+        } else {
+            Err(Outside(format!("is index {index} of {} entries", self.len)))
+        }
     }
 }

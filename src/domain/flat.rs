@@ -1,6 +1,6 @@
 //! Flat pieces: intervals (finite or not), the unit square, the unit disk.
 
-use super::{Cell, Domain, Location, Outside, TOLERANCE};
+use super::{Cell, Domain, Location, Outside, Space, TOLERANCE};
 use glam::DVec2;
 use std::f64::consts::TAU;
 
@@ -50,8 +50,10 @@ fn shrink(x: f64) -> f64 {
     s / (1.0 + s)
 }
 
-impl Domain for Interval {
-    type Point = f64;
+impl Space for Interval {
+    fn cell_measure(&self, cell: &Cell) -> f64 {
+        self.point(0, cell.high).0 - self.point(0, cell.low).0
+    }
 
     fn name(&self) -> &'static str {
         "interval"
@@ -68,6 +70,34 @@ impl Domain for Interval {
     fn axes(&self) -> usize {
         1
     }
+
+    fn describe(&self, cell: &Cell) -> String {
+        format!("x {:.6}..{:.6}", self.point(0, cell.low).0, self.point(0, cell.high).0)
+    }
+
+    fn picture_aspect(&self) -> f64 {
+        4.0
+    }
+
+    fn picture_location(&self, x: f64, _: f64) -> Option<Location> {
+        Some(Location { patch: 0, at: [x, 0.0] })
+    }
+
+    fn picture_position(&self, location: &Location) -> [f64; 2] {
+        [location.at[0], 0.5]
+    }
+
+    fn picture_scale(&self, x: f64, _: f64) -> f64 {
+        self.point(0, [x, 0.0]).1
+    }
+
+    fn picture_caption(&self) -> &'static str {
+        "the interval from low to high (an infinite end drawn in)"
+    }
+}
+
+impl Domain for Interval {
+    type Point = f64;
 
     fn point(&self, _: usize, at: [f64; 2]) -> (f64, f64) {
         let t = at[0];
@@ -111,38 +141,16 @@ impl Domain for Interval {
         };
         Ok(Location { patch: 0, at: [t.clamp(0.0, 1.0), 0.0] })
     }
-
-    fn describe(&self, cell: &Cell) -> String {
-        format!("x {:.6}..{:.6}", self.point(0, cell.low).0, self.point(0, cell.high).0)
-    }
-
-    fn picture_aspect(&self) -> f64 {
-        4.0
-    }
-
-    fn picture_location(&self, x: f64, _: f64) -> Option<Location> {
-        Some(Location { patch: 0, at: [x, 0.0] })
-    }
-
-    fn picture_position(&self, location: &Location) -> [f64; 2] {
-        [location.at[0], 0.5]
-    }
-
-    fn picture_scale(&self, x: f64, _: f64) -> f64 {
-        self.point(0, [x, 0.0]).1
-    }
-
-    fn picture_caption(&self) -> &'static str {
-        "the interval from low to high (an infinite end drawn in)"
-    }
 }
 
 /// The closed unit square, measured by area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Square;
 
-impl Domain for Square {
-    type Point = DVec2;
+impl Space for Square {
+    fn cell_measure(&self, cell: &Cell) -> f64 {
+        (cell.high[0] - cell.low[0]) * (cell.high[1] - cell.low[1])
+    }
 
     fn name(&self) -> &'static str {
         "square"
@@ -154,18 +162,6 @@ impl Domain for Square {
 
     fn measure(&self) -> f64 {
         1.0
-    }
-
-    fn point(&self, _: usize, at: [f64; 2]) -> (DVec2, f64) {
-        (at.into(), 1.0)
-    }
-
-    fn locate(&self, p: &DVec2) -> Result<Location, Outside> {
-        let inside = |x: f64| (-TOLERANCE..=1.0 + TOLERANCE).contains(&x);
-        if !(inside(p.x) && inside(p.y)) {
-            return Err(Outside(format!("is {p}, outside of the unit square")));
-        }
-        Ok(Location { patch: 0, at: p.clamp(DVec2::ZERO, DVec2::ONE).into() })
     }
 
     fn describe(&self, cell: &Cell) -> String {
@@ -189,12 +185,31 @@ impl Domain for Square {
     }
 }
 
+impl Domain for Square {
+    type Point = DVec2;
+
+    fn point(&self, _: usize, at: [f64; 2]) -> (DVec2, f64) {
+        (at.into(), 1.0)
+    }
+
+    fn locate(&self, p: &DVec2) -> Result<Location, Outside> {
+        let inside = |x: f64| (-TOLERANCE..=1.0 + TOLERANCE).contains(&x);
+        if !(inside(p.x) && inside(p.y)) {
+            return Err(Outside(format!("is {p}, outside of the unit square")));
+        }
+        Ok(Location { patch: 0, at: p.clamp(DVec2::ZERO, DVec2::ONE).into() })
+    }
+}
+
 /// The closed unit disk, measured by area; its chart is polar, (r, phi / 2 pi).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Disk;
 
-impl Domain for Disk {
-    type Point = DVec2;
+impl Space for Disk {
+    fn cell_measure(&self, cell: &Cell) -> f64 {
+        let ([a, from], [b, to]) = (cell.low, cell.high);
+        0.5 * (b - a) * (b + a) * (to - from) * TAU
+    }
 
     fn name(&self) -> &'static str {
         "disk"
@@ -206,17 +221,6 @@ impl Domain for Disk {
 
     fn measure(&self) -> f64 {
         TAU / 2.0
-    }
-
-    fn point(&self, _: usize, at: [f64; 2]) -> (DVec2, f64) {
-        (DVec2::from_angle(at[1] * TAU) * at[0], TAU * at[0])
-    }
-
-    fn locate(&self, p: &DVec2) -> Result<Location, Outside> {
-        if !p.is_finite() || p.length() > 1.0 + TOLERANCE {
-            return Err(Outside(format!("is {p}, outside of the unit disk")));
-        }
-        Ok(Location { patch: 0, at: [p.length().min(1.0), p.y.atan2(p.x).rem_euclid(TAU) / TAU] })
     }
 
     fn extent(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
@@ -249,5 +253,20 @@ impl Domain for Disk {
 
     fn picture_caption(&self) -> &'static str {
         "the unit disk: x to the right, y up"
+    }
+}
+
+impl Domain for Disk {
+    type Point = DVec2;
+
+    fn point(&self, _: usize, at: [f64; 2]) -> (DVec2, f64) {
+        (DVec2::from_angle(at[1] * TAU) * at[0], TAU * at[0])
+    }
+
+    fn locate(&self, p: &DVec2) -> Result<Location, Outside> {
+        if !p.is_finite() || p.length() > 1.0 + TOLERANCE {
+            return Err(Outside(format!("is {p}, outside of the unit disk")));
+        }
+        Ok(Location { patch: 0, at: [p.length().min(1.0), p.y.atan2(p.x).rem_euclid(TAU) / TAU] })
     }
 }

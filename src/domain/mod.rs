@@ -17,7 +17,8 @@ mod surface;
 pub use direction::{Hemisphere, Sphere};
 pub use discrete::Discrete;
 pub use flat::{Disk, Interval, Square};
-pub use partition::{Cell, Knots, Partition};
+pub(crate) use partition::nearest;
+pub use partition::{Cell, Groups, Knots, Partition};
 pub use quadrature::{Integral, Integrator, integrate_at_random};
 pub use surface::{MeshSurface, SurfacePoint, Triangle};
 
@@ -46,18 +47,9 @@ impl Display for Outside {
     }
 }
 
-/// A measure space with charts. See the [module](self) for the idea.
-///
-/// ```
-/// use warpcheck::domain::{Domain, Sphere};
-/// let (w, jacobian) = Sphere.point(0, [0.5, 0.25]); // theta = pi/2, phi = pi/2
-/// assert!((w - glam::DVec3::Y).length() < 1e-15);
-/// assert!((jacobian - 2.0 * std::f64::consts::PI.powi(2)).abs() < 1e-12); // d solid angle / d chart
-/// ```
-pub trait Domain: Clone + Send + Sync + 'static {
-    /// A point of the domain.
-    type Point: Clone + Debug + Send + Sync;
-
+/// What a domain is as far as it can be told without its points: patches and charts, their measure, how they are drawn. Everything that is
+/// counted, cut into cells or integrated is written against this, so that it is compiled once and not once a sampler.
+pub trait Space: Debug + Send + Sync + 'static {
     /// What the domain is called: "sphere".
     fn name(&self) -> &'static str;
 
@@ -77,28 +69,13 @@ pub trait Domain: Clone + Send + Sync + 'static {
         2
     }
 
-    /// The point at chart coordinates `at` of `patch`, and the Jacobian d measure / d chart there.
-    fn point(&self, patch: usize, at: [f64; 2]) -> (Self::Point, f64);
-
-    /// The inverse of [`point`](Self::point).
-    ///
-    /// # Errors
-    /// Says why where the point is not in the domain: not finite, not of unit length, outside.
-    fn locate(&self, point: &Self::Point) -> Result<Location, Outside>;
-
-    /// Points a step of `epsilon` (relative to the size of the domain) to all sides of `point`, inside the
-    /// domain: what rounding could have made of it. Empty for atoms.
-    fn neighbours(&self, point: &Self::Point, epsilon: f64) -> Vec<Self::Point> {
-        let (Ok(here), axes) = (self.locate(point), self.axes()) else { return Vec::new() };
-        (0..axes)
-            .flat_map(|axis| [-epsilon, epsilon].map(|step| (axis, step)))
-            .map(|(axis, step)| {
-                let mut at = here.at;
-                at[axis] = (at[axis] + step).clamp(0.0, 1.0);
-                self.point(here.patch, at).0
-            })
-            .collect()
+    /// Whether a patch is a single point with a mass of its own: all of a discrete set, the deltas of a mixture.
+    fn is_atom(&self, _patch: usize) -> bool {
+        self.axes() == 0
     }
+
+    /// The measure of a cell, in closed form; may be infinite.
+    fn cell_measure(&self, cell: &Cell) -> f64;
 
     /// The lengths, in any common unit, of a chart rectangle's sides on the domain. Only used to keep cells compact.
     fn extent(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
@@ -126,6 +103,50 @@ pub trait Domain: Clone + Send + Sync + 'static {
     fn picture_caption(&self) -> &'static str;
 }
 
+/// A measure space with charts. See the [module](self) for the idea.
+///
+/// ```
+/// use warpcheck::domain::{Domain, Sphere};
+/// let (w, jacobian) = Sphere.point(0, [0.5, 0.25]); // theta = pi/2, phi = pi/2
+/// assert!((w - glam::DVec3::Y).length() < 1e-15);
+/// assert!((jacobian - 2.0 * std::f64::consts::PI.powi(2)).abs() < 1e-12); // d solid angle / d chart
+/// ```
+pub trait Domain: Space + Clone {
+    /// A point of the domain.
+    type Point: Clone + Debug + Send + Sync;
+
+    /// The point at chart coordinates `at` of `patch`, and the Jacobian d measure / d chart there.
+    fn point(&self, patch: usize, at: [f64; 2]) -> (Self::Point, f64);
+
+    /// The inverse of [`point`](Self::point).
+    ///
+    /// # Errors
+    /// Says why where the point is not in the domain: not finite, not of unit length, outside.
+    fn locate(&self, point: &Self::Point) -> Result<Location, Outside>;
+
+    /// Points a step of `epsilon` (relative to the size of the domain) to all sides of `point`, inside the
+    /// domain: what rounding could have made of it. Empty for atoms.
+    fn neighbours(&self, point: &Self::Point, epsilon: f64) -> Vec<Self::Point> {
+        let (Ok(here), axes) = (self.locate(point), self.axes()) else { return Vec::new() };
+        (0..axes)
+            .flat_map(|axis| [-epsilon, epsilon].map(|step| (axis, step)))
+            .map(|(axis, step)| {
+                let mut at = here.at;
+                at[axis] = (at[axis] + step).clamp(0.0, 1.0);
+                self.point(here.patch, at).0
+            })
+            .collect()
+    }
+
+    /// The step from one point to a nearby one, in coordinates whose determinant is the measure at `from` (those past the domain's axes are
+    /// 0); `None` between patches or out of the domain. What derivatives of a sampler are formed from.
+    fn displacement(&self, from: &Self::Point, to: &Self::Point) -> Option<[f64; 2]> {
+        let (a, b) = (self.locate(from).ok()?, self.locate(to).ok()?);
+        let jacobian = self.point(a.patch, a.at).1;
+        (a.patch == b.patch).then(|| [jacobian * (b.at[0] - a.at[0]), b.at[1] - a.at[1]])
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -139,6 +160,19 @@ mod tests {
                     if domain.axes() == 0 { [0.0; 2] } else { [a, if domain.axes() == 2 { b } else { 0.0 }] };
                 let (point, jacobian) = domain.point(patch, at);
                 assert!(jacobian > 0.0);
+                // A small step has the measure that the Jacobian says.
+                if domain.axes() == 2 {
+                    let h = 1e-6;
+                    let step =
+                        |to: [f64; 2]| domain.displacement(&point, &domain.point(patch, to).0).unwrap();
+                    let (s, t) = (step([at[0] + h, at[1]]), step([at[0], at[1] + h]));
+                    let measure = (s[0] * t[1] - s[1] * t[0]).abs() / (h * h);
+                    assert!(
+                        (measure / jacobian - 1.0).abs() < 1e-4,
+                        "{}: {measure} {jacobian}",
+                        domain.name()
+                    );
+                }
                 let found = domain.locate(&point).unwrap_or_else(|why| panic!("{point:?} {why}"));
                 assert_eq!(found.patch, patch);
                 for axis in 0..2 {
@@ -156,6 +190,18 @@ mod tests {
             let whole =
                 Integrator::default().integrate(&domain, &Cell::whole(&domain), &Knots::default(), |_| 1.0);
             assert!((whole.value / domain.measure() - 1.0).abs() < 1e-9, "{}: {whole:?}", domain.name());
+            let part = match domain.axes() {
+                0 => Cell { patches: 1..domain.patches() - 1, ..Cell::whole(&domain) },
+                _ => Cell { patches: 0..1, low: [0.2, 0.3], high: [0.7, 0.4] },
+            };
+            let part =
+                if domain.axes() == 1 { Cell { low: [0.2, 0.0], high: [0.7, 1.0], ..part } } else { part };
+            for cell in [Cell::whole(&domain), part] {
+                let integral =
+                    Integrator::default().integrate(&domain, &cell, &Knots::default(), |_| 1.0).value;
+                let closed = domain.cell_measure(&cell);
+                assert!((integral / closed - 1.0).abs() < 1e-9, "{}: {integral} {closed}", domain.name());
+            }
             // The picture shows the whole measure.
             let n = 600;
             let mut shown = 0.0;

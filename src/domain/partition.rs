@@ -4,7 +4,7 @@
 //! of pilots, so a lobe a thousandth of a radian wide gets as many cells as the rest of the sphere. The pilots
 //! must not be the samples that are judged later: cells that depend on the data bias a test.
 
-use super::{Domain, Location};
+use super::{Location, Space};
 use std::ops::Range;
 
 /// A rectangle of one patch's chart, or a run of whole patches.
@@ -20,8 +20,8 @@ pub struct Cell {
 
 impl Cell {
     /// The whole of a domain.
-    pub fn whole<D: Domain>(domain: &D) -> Self {
-        Self { patches: 0..domain.patches(), low: [0.0; 2], high: [1.0; 2] }
+    pub fn whole(space: &dyn Space) -> Self {
+        Self { patches: 0..space.patches(), low: [0.0; 2], high: [1.0; 2] }
     }
 }
 
@@ -72,10 +72,23 @@ struct Node {
     leaves: Range<usize>,
 }
 
+/// A node as the search for a leaf needs it, small enough for the cache.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    threshold: f64,
+    /// Left child, the right one follows; at a leaf its index.
+    next: u32,
+    /// As in [`Node`]; [`LEAF`] at a leaf.
+    axis: u32,
+}
+
+const LEAF: u32 = 3;
+
 /// A partition of a domain into leaf cells, and the tree over them.
 #[derive(Clone, Debug)]
 pub struct Partition {
     nodes: Vec<Node>,
+    steps: Vec<Step>,
     leaves: Vec<Cell>,
     /// The box that each leaf's pilots span, `None` without any or over several patches.
     pilot_boxes: Vec<Option<[[f64; 2]; 2]>>,
@@ -94,27 +107,33 @@ const DEPTH_LIMIT: usize = 96;
 
 impl Partition {
     /// Cuts `domain` so that each leaf holds at most `per_leaf` of the pilots, as far as atoms allow.
-    pub fn from_pilots<D: Domain>(domain: &D, pilots: Vec<Location>, knots: &Knots, per_leaf: usize) -> Self {
-        Self::within(domain, Cell::whole(domain), pilots, knots, per_leaf)
+    pub fn from_pilots(space: &dyn Space, pilots: Vec<Location>, knots: &Knots, per_leaf: usize) -> Self {
+        Self::within(space, Cell::whole(space), pilots, knots, per_leaf)
     }
 
     /// Cuts one cell of `domain` likewise; all pilots must lie in it.
-    pub fn within<D: Domain>(
-        domain: &D,
+    pub fn within(
+        space: &dyn Space,
         cell: Cell,
         mut pilots: Vec<Location>,
         knots: &Knots,
         per_leaf: usize,
     ) -> Self {
         let root = Node { cell, children: None, axis: 0, threshold: 0.0, leaves: 0..0 };
-        let mut tree = Self { nodes: vec![root], leaves: Vec::new(), pilot_boxes: Vec::new() };
-        tree.grow(domain, 0, &mut pilots, knots, per_leaf.max(1), 0);
+        let mut tree =
+            Self { nodes: vec![root], steps: Vec::new(), leaves: Vec::new(), pilot_boxes: Vec::new() };
+        tree.grow(space, 0, &mut pilots, knots, per_leaf.max(1), 0);
+        let step = |node: &Node| match node.children {
+            Some(left) => Step { threshold: node.threshold, next: left as u32, axis: node.axis as u32 },
+            None => Step { threshold: 0.0, next: node.leaves.start as u32, axis: LEAF },
+        };
+        tree.steps = tree.nodes.iter().map(step).collect();
         tree
     }
 
-    fn grow<D: Domain>(
+    fn grow(
         &mut self,
-        domain: &D,
+        space: &dyn Space,
         node: usize,
         pilots: &mut [Location],
         knots: &Knots,
@@ -124,7 +143,7 @@ impl Partition {
         let first_leaf = self.leaves.len();
         let cell = self.nodes[node].cell.clone();
         let split = if pilots.len() > per_leaf && depth < DEPTH_LIMIT {
-            choose_split(domain, &cell, pilots, knots)
+            choose_split(space, &cell, pilots, knots)
         } else {
             None
         };
@@ -141,8 +160,8 @@ impl Partition {
                     self.nodes.push(Node { cell, children: None, axis: 0, threshold: 0.0, leaves: 0..0 });
                 }
                 let (a, b) = pilots.split_at_mut(below);
-                self.grow(domain, left, a, knots, per_leaf, depth + 1);
-                self.grow(domain, left + 1, b, knots, per_leaf, depth + 1);
+                self.grow(space, left, a, knots, per_leaf, depth + 1);
+                self.grow(space, left + 1, b, knots, per_leaf, depth + 1);
                 let node = &mut self.nodes[node];
                 (node.children, node.axis, node.threshold) = (Some(left), axis, threshold);
             }
@@ -177,12 +196,13 @@ impl Partition {
     /// The leaf that holds a location.
     #[inline]
     pub fn leaf_of(&self, location: &Location) -> usize {
-        let mut node = &self.nodes[0];
-        while let Some(left) = node.children {
-            let right = coordinate(location, node.axis) >= node.threshold;
-            node = &self.nodes[left + usize::from(right)];
+        let coordinates = [location.patch as f64, location.at[0], location.at[1]];
+        let mut step = self.steps[0];
+        while step.axis != LEAF {
+            let right = coordinates[step.axis as usize] >= step.threshold;
+            step = self.steps[step.next as usize + usize::from(right)];
         }
-        node.leaves.start
+        step.next as usize
     }
 
     /// The coarser partition whose cells are the topmost nodes of at most `target` mass; whatever weighs less
@@ -256,14 +276,20 @@ fn coordinate(location: &Location, axis: usize) -> f64 {
     }
 }
 
-/// Moves what satisfies `predicate` to the front and counts it; the order within each part is kept.
+/// Moves what satisfies `predicate` to the front and counts it.
 fn partition_in_place(pilots: &mut [Location], predicate: impl Fn(&Location) -> bool) -> usize {
-    pilots.sort_by_key(|p| !predicate(p));
-    pilots.partition_point(predicate)
+    let mut front = 0;
+    for i in 0..pilots.len() {
+        if predicate(&pilots[i]) {
+            pilots.swap(front, i);
+            front += 1;
+        }
+    }
+    front
 }
 
-fn choose_split<D: Domain>(
-    domain: &D,
+fn choose_split(
+    space: &dyn Space,
     cell: &Cell,
     pilots: &mut [Location],
     knots: &Knots,
@@ -278,10 +304,10 @@ fn choose_split<D: Domain>(
         let threshold = if below.abs_diff(middle) <= through.abs_diff(middle) { median } else { median + 1 };
         return Some((0, threshold.clamp(cell.patches.start + 1, cell.patches.end - 1) as f64));
     }
-    if let Some(split) = (0..domain.axes()).find_map(|axis| middle_of_gap(cell, pilots, axis)) {
+    if let Some(split) = (0..space.axes()).find_map(|axis| middle_of_gap(cell, pilots, axis)) {
         return Some(split);
     }
-    let mut candidates: Vec<(f64, usize, f64)> = (0..domain.axes())
+    let mut candidates: Vec<(f64, usize, f64)> = (0..space.axes())
         .map(|axis| {
             let (near, middle, far) =
                 (pilots.len() / 8, pilots.len() / 2, pilots.len() - 1 - pilots.len() / 8);
@@ -291,13 +317,14 @@ fn choose_split<D: Domain>(
             let (low, median, high) = (rank(near), rank(middle), rank(far));
             let (mut a, mut b) = (cell.low, cell.high);
             (a[axis], b[axis]) = (low, high);
-            (domain.extent(a, b)[axis], axis, median)
+            (space.extent(a, b)[axis], axis, median)
         })
         .collect();
     candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
     candidates.into_iter().find_map(|(_, axis, median)| {
         let (low, high) = (cell.low[axis], cell.high[axis]);
-        let threshold = snap(median, knots.between(axis, low, high));
+        let inside = knots.between(axis, low, high);
+        let threshold = if inside.is_empty() { median } else { nearest(median, inside) };
         (threshold > low && threshold < high && high - low > 1e-13).then_some((axis + 1, threshold))
     })
 }
@@ -321,8 +348,8 @@ fn middle_of_gap(cell: &Cell, pilots: &[Location], axis: usize) -> Option<(usize
     (width >= 0.5 * size && middle > low && middle < cell.high[axis]).then_some((axis + 1, middle))
 }
 
-/// The knot nearest to `x`, where a cell spans several texels; `x` itself inside one.
-fn snap(x: f64, knots: &[f64]) -> f64 {
+/// The knot nearest to `x`.
+pub(crate) fn nearest(x: f64, knots: &[f64]) -> f64 {
     let after = knots.partition_point(|&k| k < x);
     [after.checked_sub(1), Some(after)]
         .into_iter()

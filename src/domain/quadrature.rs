@@ -5,7 +5,7 @@
 //! across the axis that causes it until the tolerance is met or the budget is used up. Where the caller says that
 //! the density is smooth between known lines (texels), rectangles keep to them and start with a rule of five points.
 
-use super::{Cell, Domain, Knots, Location};
+use super::{Cell, Domain, Knots, Location, Space};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -120,36 +120,28 @@ impl Integrator {
         knots: &Knots,
         density: impl Fn(&D::Point) -> f64,
     ) -> Integral {
-        self.integrate_graded(domain, cell, knots, &Knots::default(), density)
+        self.integrate_chart(domain, cell, knots, &Knots::default(), &|patch, at| {
+            let (point, jacobian) = domain.point(patch, at);
+            (density(&point), jacobian)
+        })
     }
 
-    /// As [`integrate`](Self::integrate), first cutting the cell at further lines where something is to be looked for.
-    pub fn integrate_graded<D: Domain>(
+    /// As [`integrate`](Self::integrate), of a function of patch and chart coordinates that gives the density and the Jacobian there, first
+    /// cutting the cell at further lines where something is to be looked for. Compiled once: the call costs little beside what it calls.
+    pub fn integrate_chart(
         &self,
-        domain: &D,
+        space: &dyn Space,
         cell: &Cell,
         knots: &Knots,
         grading: &Knots,
-        density: impl Fn(&D::Point) -> f64,
+        density: &dyn Fn(usize, [f64; 2]) -> (f64, f64),
     ) -> Integral {
-        self.integrate_dyn(domain, cell, knots, grading, &density)
-    }
-
-    /// Compiled once a domain, not once a sampler: the call costs little beside what it calls.
-    fn integrate_dyn<D: Domain>(
-        &self,
-        domain: &D,
-        cell: &Cell,
-        knots: &Knots,
-        grading: &Knots,
-        density: &dyn Fn(&D::Point) -> f64,
-    ) -> Integral {
-        if domain.axes() == 0 {
+        if space.axes() == 0 {
             // Atoms: the integral is a plain sum, and its rounding error at most (count - 1) roundings.
             let mut bad = None;
             let value = (cell.patches.clone())
                 .map(|patch| {
-                    let value = density(&domain.point(patch, [0.0; 2]).0);
+                    let value = density(patch, [0.0; 2]).0;
                     if !is_density(value) && bad.is_none() {
                         bad = Some((Location { patch, at: [0.0; 2] }, value));
                     }
@@ -161,19 +153,18 @@ impl Integrator {
             return Integral { value, error, evaluations, zeros: 0, bad };
         }
         let f = &|patch: usize, at: [f64; 2]| {
-            let (point, jacobian) = domain.point(patch, at);
+            let (value, jacobian) = density(patch, at);
             // At a pole, or farther out than numbers go.
             if jacobian == 0.0 || !jacobian.is_finite() {
                 return (0.0, true);
             }
-            let value = density(&point);
             (value * jacobian, is_density(value))
         };
-        let mut run = Run { f, axes: domain.axes(), evaluations: 0, zeros: 0, bad: None };
+        let mut run = Run { f, axes: space.axes(), evaluations: 0, zeros: 0, bad: None };
         let mut heap = BinaryHeap::new();
         let (mut settled, mut settled_error) = (0.0, 0.0);
         let has_knots = !knots.axes[0].is_empty() || !knots.axes[1].is_empty();
-        for (patch, low, high) in pieces(domain, cell, knots, grading) {
+        for (patch, low, high) in pieces(space, cell, knots, grading) {
             let piece = run.measure(patch, low, high, has_knots);
             if piece.error > 0.01 * self.relative_tolerance * piece.value.abs() {
                 heap.push(piece);
@@ -234,14 +225,14 @@ impl Integrator {
 }
 
 /// The rectangles that lines cut a cell into, as (patch, low, high).
-fn pieces<D: Domain>(
-    domain: &D,
+fn pieces(
+    space: &dyn Space,
     cell: &Cell,
     knots: &Knots,
     grading: &Knots,
 ) -> Vec<(usize, [f64; 2], [f64; 2])> {
     let cuts = |axis: usize| -> Vec<f64> {
-        if axis >= domain.axes() {
+        if axis >= space.axes() {
             return vec![0.0, 1.0];
         }
         let (low, high) = (cell.low[axis], cell.high[axis]);
@@ -265,18 +256,18 @@ fn pieces<D: Domain>(
 /// The integral of `density` over `cell` once more, by another rule that shares no node with [`Integrator`] and can't fall into step with
 /// the integrand: jittered points, one in each of a few thousand strata. Returns the value and its standard error, from the differences of
 /// neighbouring strata, which is if anything too large.
-pub fn integrate_at_random<D: Domain>(
-    domain: &D,
+pub fn integrate_at_random(
+    space: &dyn Space,
     cell: &Cell,
     knots: &Knots,
     grading: &Knots,
-    density: &dyn Fn(&D::Point) -> f64,
+    density: &dyn Fn(usize, [f64; 2]) -> (f64, f64),
     uniform: &mut dyn FnMut() -> f64,
 ) -> (f64, f64) {
     const STRATA: usize = 4096;
-    let pieces = pieces(domain, cell, knots, grading);
+    let pieces = pieces(space, cell, knots, grading);
     let each = (STRATA / pieces.len()).max(4);
-    let (columns, rows) = if domain.axes() == 2 {
+    let (columns, rows) = if space.axes() == 2 {
         let side = (each as f64).sqrt() as usize;
         (side.next_multiple_of(2), side)
     } else {
@@ -293,8 +284,8 @@ pub fn integrate_at_random<D: Domain>(
                 low[0] + (((stratum / columns) as f64) + uniform()) * size[0],
                 low[1] + (((stratum % columns) as f64) + uniform()) * size[1],
             ];
-            let (point, jacobian) = domain.point(patch, at);
-            let f = if jacobian == 0.0 || !jacobian.is_finite() { 0.0 } else { density(&point) * jacobian };
+            let (value, jacobian) = density(patch, at);
+            let f = if jacobian == 0.0 || !jacobian.is_finite() { 0.0 } else { value * jacobian };
             sum += f;
             if stratum % 2 == 1 {
                 squares += (f - last) * (f - last);

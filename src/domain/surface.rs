@@ -3,7 +3,7 @@
 //! The chart of a triangle is Duffy's: b0 = 1 - s, b1 = s t, b2 = s (1 - t), with d area = 2 A s ds dt
 //! (Duffy 1982). It is neither of the two warps that samplers use.
 
-use super::{Cell, Domain, Location, Outside, TOLERANCE};
+use super::{Cell, Domain, Location, Outside, Space, TOLERANCE};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -78,6 +78,18 @@ fn chart(area: f64, at: [f64; 2]) -> (DVec3, f64) {
     (DVec3::new(1.0 - s, s * t, s * (1.0 - t)), 2.0 * area * s)
 }
 
+/// The share of a triangle's area that a rectangle of its chart covers.
+fn part_of_area(cell: &Cell) -> f64 {
+    let ([a, from], [b, to]) = (cell.low, cell.high);
+    (b - a) * (b + a) * (to - from)
+}
+
+/// Two barycentric coordinates are affine in the plane: their determinant is area up to a constant.
+fn barycentric_step(area: f64, from: DVec3, to: DVec3) -> Option<[f64; 2]> {
+    let step = to - from;
+    step.is_finite().then_some([2.0 * area * step.y, step.z])
+}
+
 fn locate(b: DVec3) -> Result<[f64; 2], Outside> {
     if !b.is_finite() {
         return Err(Outside(format!("has barycentric coordinates that are not finite: {b}")));
@@ -90,8 +102,10 @@ fn locate(b: DVec3) -> Result<[f64; 2], Outside> {
     Ok([s.min(1.0), if s > 0.0 { b.y / s } else { 0.0 }])
 }
 
-impl Domain for Triangle {
-    type Point = DVec3;
+impl Space for Triangle {
+    fn cell_measure(&self, cell: &Cell) -> f64 {
+        self.area * part_of_area(cell)
+    }
 
     fn name(&self) -> &'static str {
         "triangle"
@@ -103,14 +117,6 @@ impl Domain for Triangle {
 
     fn measure(&self) -> f64 {
         self.area
-    }
-
-    fn point(&self, _: usize, at: [f64; 2]) -> (DVec3, f64) {
-        chart(self.area, at)
-    }
-
-    fn locate(&self, b: &DVec3) -> Result<Location, Outside> {
-        Ok(Location { patch: 0, at: locate(*b)? })
     }
 
     fn extent(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
@@ -142,6 +148,22 @@ impl Domain for Triangle {
     }
 }
 
+impl Domain for Triangle {
+    type Point = DVec3;
+
+    fn displacement(&self, from: &DVec3, to: &DVec3) -> Option<[f64; 2]> {
+        barycentric_step(self.area, *from, *to)
+    }
+
+    fn point(&self, _: usize, at: [f64; 2]) -> (DVec3, f64) {
+        chart(self.area, at)
+    }
+
+    fn locate(&self, b: &DVec3) -> Result<Location, Outside> {
+        Ok(Location { patch: 0, at: locate(*b)? })
+    }
+}
+
 fn describe(cell: &Cell) -> String {
     format!(
         "b0 {:.4}..{:.4}, b1/(b1+b2) {:.4}..{:.4}",
@@ -152,8 +174,10 @@ fn describe(cell: &Cell) -> String {
     )
 }
 
-impl Domain for MeshSurface {
-    type Point = SurfacePoint;
+impl Space for MeshSurface {
+    fn cell_measure(&self, cell: &Cell) -> f64 {
+        self.areas[cell.patches.clone()].iter().sum::<f64>() * part_of_area(cell)
+    }
 
     fn name(&self) -> &'static str {
         "mesh surface"
@@ -169,18 +193,6 @@ impl Domain for MeshSurface {
 
     fn patches(&self) -> usize {
         self.areas.len()
-    }
-
-    fn point(&self, patch: usize, at: [f64; 2]) -> (SurfacePoint, f64) {
-        let (barycentric, jacobian) = chart(self.areas[patch], at);
-        (SurfacePoint { triangle: patch, barycentric }, jacobian)
-    }
-
-    fn locate(&self, point: &SurfacePoint) -> Result<Location, Outside> {
-        if point.triangle >= self.areas.len() {
-            return Err(Outside(format!("is on triangle {} of {}", point.triangle, self.areas.len())));
-        }
-        Ok(Location { patch: point.triangle, at: locate(point.barycentric)? })
     }
 
     fn extent(&self, low: [f64; 2], high: [f64; 2]) -> [f64; 2] {
@@ -218,5 +230,29 @@ impl Domain for MeshSurface {
 
     fn picture_caption(&self) -> &'static str {
         "one square a triangle, in order of index, row by row (charts, not to scale)"
+    }
+}
+
+impl Domain for MeshSurface {
+    type Point = SurfacePoint;
+
+    fn displacement(&self, from: &SurfacePoint, to: &SurfacePoint) -> Option<[f64; 2]> {
+        let area = *self.areas.get(from.triangle)?;
+        if from.triangle != to.triangle {
+            return None;
+        }
+        barycentric_step(area, from.barycentric, to.barycentric)
+    }
+
+    fn point(&self, patch: usize, at: [f64; 2]) -> (SurfacePoint, f64) {
+        let (barycentric, jacobian) = chart(self.areas[patch], at);
+        (SurfacePoint { triangle: patch, barycentric }, jacobian)
+    }
+
+    fn locate(&self, point: &SurfacePoint) -> Result<Location, Outside> {
+        if point.triangle >= self.areas.len() {
+            return Err(Outside(format!("is on triangle {} of {}", point.triangle, self.areas.len())));
+        }
+        Ok(Location { patch: point.triangle, at: locate(point.barycentric)? })
     }
 }

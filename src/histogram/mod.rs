@@ -4,7 +4,7 @@
 //! hemisphere, …). A pixel's count over the number of samples and over the pixel's measure is the density there, which is to be compared with
 //! the density that the sampler claims.
 
-use crate::domain::Domain;
+use crate::domain::{Domain, Space};
 use crate::random::{fill_unit, stream};
 use crate::sampler::Sampler;
 use crate::verify::{Drawn, Settings};

@@ -24,9 +24,13 @@ fn number(x: f64) -> Value {
 pub fn to_json(report: &Report, replay: impl Fn(&str) -> String) -> Value {
     let samplers = report.examinations.iter().enumerate().map(|(i, e)| {
         let findings = report.conclusions[i].iter().map(|c| {
-            let (p, conservative) = match c.finding.evidence {
-                Evidence::Certain(_) => (Value::Null, Value::Null),
-                Evidence::Chance { p, conservative } => (number(p), number(conservative)),
+            let (p, conservative) = match c.finding.evidence.p_values() {
+                None => (Value::Null, Value::Null),
+                Some((p, conservative)) => (number(p), number(conservative)),
+            };
+            let ln_e = match c.finding.evidence {
+                Evidence::Betting { conservative, .. } => number(conservative),
+                _ => Value::Null,
             };
             json!({
                 "check": c.finding.check,
@@ -35,7 +39,10 @@ pub fn to_json(report: &Report, replay: impl Fn(&str) -> String) -> Value {
                 "p": p,
                 "p_conservative": conservative,
                 "p_adjusted": c.adjusted_p.map_or(Value::Null, number),
+                "ln_e": ln_e,
+                "decides": c.finding.evidence != Evidence::Unanswered,
                 "detail": c.finding.detail,
+                "would_have_caught": c.finding.sees,
             })
         });
         let worst = e.worst_cells(10).into_iter().map(|cell| {
@@ -61,6 +68,7 @@ pub fn to_json(report: &Report, replay: impl Fn(&str) -> String) -> Value {
             "findings": findings.collect::<Vec<_>>(),
             "worst_cells": worst.collect::<Vec<_>>(),
             "power": power.collect::<Vec<_>>(),
+            "diagnosis": e.diagnosis.as_ref().map_or(Value::Null, |d| json!(d.text)),
             "seconds": e.time.as_secs_f64(),
             "replay": replay(&e.name),
         })

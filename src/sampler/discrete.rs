@@ -138,6 +138,18 @@ impl DiscreteCdf {
         (start as f64 + rest * (self.boundaries[index] - start) as f64) / STEPS
     }
 
+    /// Up to 512 of the variates at which the entry changes, evenly spread over the entries, first and last included.
+    pub(super) fn some_boundaries(&self) -> Vec<f64> {
+        let inner = self.len() - 1;
+        let count = inner.min(512);
+        (0..count)
+            .map(|i| {
+                self.boundaries[if count > 1 { i * (inner - 1) / (count - 1) } else { 0 }] as f64 / STEPS
+            })
+            .filter(|&knot| knot > 0.0 && knot < 1.0)
+            .collect()
+    }
+
     #[inline]
     fn start(&self, index: usize) -> u64 {
         if index == 0 { 0 } else { self.boundaries[index - 1] }
@@ -195,6 +207,14 @@ impl Sampler for DiscreteCdf {
 
     fn invert(&self, index: &usize) -> Option<Vec<f64>> {
         (self.mass(*index) > 0.0).then(|| vec![self.variate(*index, 0.5)])
+    }
+
+    fn left_over(&self, xi: &[f64]) -> Option<f64> {
+        Some(self.choose(xi[0]).rest)
+    }
+
+    fn variate_knots(&self, _: usize) -> Vec<f64> {
+        self.some_boundaries()
     }
 
     fn cell_mass(&self, cell: &Cell) -> Option<f64> {

@@ -273,4 +273,17 @@ impl Sampler for Environment {
     fn knots(&self) -> Knots {
         Knots::grid(self.height, self.width)
     }
+
+    /// Those of the marginal, and those of the conditional of the likeliest row.
+    fn variate_knots(&self, dimension: usize) -> Vec<f64> {
+        if dimension == 0 {
+            return self.marginal.some_boundaries();
+        }
+        let likeliest =
+            (0..self.height).max_by(|&a, &b| self.marginal.mass(a).total_cmp(&self.marginal.mass(b)));
+        likeliest
+            .and_then(|row| self.conditionals[row].as_ref())
+            .map(DiscreteCdf::some_boundaries)
+            .unwrap_or_default()
+    }
 }

@@ -11,7 +11,7 @@
 //! - of a *direction*: a sampler that ignores visibility can generate the same direction through several triangles, so
 //!   [`SeenFrom`] sums over every emissive hit along the ray. It is what integrates to 1 (less the rejected mass) over directions.
 
-use super::{DiscreteCdf, Error, Sample, Sampler, TriangleWarp, View};
+use super::{DiscreteCdf, Error, Preimage, Sample, Sampler, TriangleWarp, View};
 use crate::domain::{MeshSurface, Sphere, SurfacePoint};
 use crate::random::to_f32;
 use glam::{DVec3, Vec2, Vec3};
@@ -244,6 +244,22 @@ impl Sampler for MeshLight {
         let xi = self.warp.invert(point.barycentric.as_vec3());
         Some(vec![self.table.variate(point.triangle, 0.5), f64::from(xi.x), f64::from(xi.y)])
     }
+
+    fn preimages(&self, point: &SurfacePoint) -> Option<Vec<Preimage>> {
+        Some(vec![Preimage {
+            xi: self.invert(point)?,
+            selecting: 1,
+            weight: self.table.mass(point.triangle),
+        }])
+    }
+
+    fn left_over(&self, xi: &[f64]) -> Option<f64> {
+        Some(self.table.choose(xi[0]).rest)
+    }
+
+    fn variate_knots(&self, dimension: usize) -> Vec<f64> {
+        if dimension == 0 { self.table.some_boundaries() } else { Vec::new() }
+    }
 }
 
 /// A mesh light as the directions in which a point sees it, per solid angle.
@@ -283,6 +299,14 @@ struct Cone {
     /// n . (v0 - x), the signed distance of the triangle's plane; negative where its front is seen.
     plane: f64,
     /// Density per area; 0 where no side that emits is seen.
+    density: f64,
+}
+
+/// Where a ray meets a triangle.
+struct Hit {
+    distance: f64,
+    cosine: f64,
+    /// Density per area.
     density: f64,
 }
 
@@ -331,6 +355,10 @@ impl Slices {
     fn density(&self, w: DVec3) -> f64 {
         self.slices[self.slice(w[self.axis])].iter().map(|&i| self.cones[i as usize].density(w)).sum()
     }
+
+    fn hits(&self, w: DVec3) -> impl Iterator<Item = Hit> {
+        self.slices[self.slice(w[self.axis])].iter().filter_map(move |&i| self.cones[i as usize].hit(w))
+    }
 }
 
 /// Bounds of a component of the unit vectors in a spherical triangle, from the cap about its middle that holds its corners and so its edges.
@@ -356,15 +384,21 @@ impl Cone {
         Self { edges, normal, plane, density: if lit { density } else { 0.0 } }
     }
 
-    /// Density per solid angle along `w`; 0 unless `w` passes through the triangle.
+    /// What a ray along `w` meets; `None` unless it passes through the triangle.
     #[inline]
-    fn density(&self, w: DVec3) -> f64 {
+    fn hit(&self, w: DVec3) -> Option<Hit> {
         if self.edges.iter().any(|edge| edge.dot(w) < 0.0) {
-            return 0.0;
+            return None;
         }
         let cosine = self.normal.dot(w);
         let distance = self.plane / cosine;
-        if distance > 0.0 { self.density * (distance * distance / cosine.abs()) } else { 0.0 }
+        (distance > 0.0).then_some(Hit { distance, cosine: cosine.abs(), density: self.density })
+    }
+
+    /// Density per solid angle along `w`; 0 unless `w` passes through the triangle.
+    #[inline]
+    fn density(&self, w: DVec3) -> f64 {
+        self.hit(w).map_or(0.0, |hit| hit.density * (hit.distance * hit.distance / hit.cosine))
     }
 }
 
@@ -387,5 +421,23 @@ impl<L: Borrow<MeshLight> + Sync> Sampler for SeenFrom<L> {
 
     fn density(&self, w: &DVec3) -> f64 {
         self.slices.density(*w)
+    }
+
+    fn variate_knots(&self, dimension: usize) -> Vec<f64> {
+        self.light.borrow().variate_knots(dimension)
+    }
+
+    fn rivals(&self, w: &DVec3) -> Vec<(&'static str, f64)> {
+        let sum = |weight: fn(f64, f64) -> f64| {
+            self.slices.hits(*w).map(|h| h.density * weight(h.distance, h.cosine)).sum()
+        };
+        vec![
+            ("the cosine at the light left out", sum(|d, _| d * d)),
+            ("the cosine at the light multiplied, not divided by", sum(|d, c| d * d * c)),
+            ("the distance not squared", sum(|d, c| d / c)),
+            ("the distance squared twice", sum(|d, c| d.powi(4) / c)),
+            ("the squared distance left out", sum(|_, c| 1.0 / c)),
+            ("no conversion from area to solid angle", sum(|_, _| 1.0)),
+        ]
     }
 }

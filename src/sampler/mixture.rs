@@ -4,7 +4,7 @@
 //! c p_1 + (1 - c) p_2, whichever was picked (Veach 1997, section 9.2.4). At c = 0 and c = 1 it is one of the two, bit for bit.
 //! Mixtures nest, so two are enough.
 
-use super::{PointOf, Sample, Sampler};
+use super::{PointOf, Preimage, Sample, Sampler};
 use crate::domain::{Domain, Knots};
 
 /// Draws from `first` with probability `c`, from `second` otherwise.
@@ -79,6 +79,50 @@ where
 
     fn density(&self, point: &<Self::Domain as Domain>::Point) -> f64 {
         mix(self.c, || self.first.density(point), || self.second.density(point))
+    }
+
+    /// The chosen part's, if both list theirs.
+    fn preimages(&self, point: &PointOf<Self>) -> Option<Vec<Preimage>> {
+        let width = self.dimensions();
+        let part = |pick: f64, weight: f64, preimages: Vec<Preimage>| {
+            preimages.into_iter().map(move |p| {
+                let mut xi = vec![pick];
+                xi.extend(p.xi);
+                xi.resize(width, 0.5); // variates that this part does not use
+                Preimage { xi, selecting: p.selecting + 1, weight: weight * p.weight }
+            })
+        };
+        let mut all = Vec::new();
+        if self.c > 0.0 && self.first.density(point) > 0.0 {
+            all.extend(part(0.5 * self.c, self.c, self.first.preimages(point)?));
+        }
+        if self.c < 1.0 && self.second.density(point) > 0.0 {
+            all.extend(part(0.5 + 0.5 * self.c, 1.0 - self.c, self.second.preimages(point)?));
+        }
+        Some(all)
+    }
+
+    /// The border between the two, and the knots of either.
+    fn variate_knots(&self, dimension: usize) -> Vec<f64> {
+        if dimension == 0 {
+            return if self.c > 0.0 && self.c < 1.0 { vec![self.c] } else { Vec::new() };
+        }
+        let of = |part: Vec<f64>, uses: bool| if uses { part } else { Vec::new() };
+        let mut knots = of(self.first.variate_knots(dimension - 1), dimension <= self.first.dimensions());
+        knots.extend(of(self.second.variate_knots(dimension - 1), dimension <= self.second.dimensions()));
+        knots
+    }
+
+    fn rivals(&self, point: &PointOf<Self>) -> Vec<(&'static str, f64)> {
+        vec![
+            ("only the first part of the mixture", self.first.density(point)),
+            ("only the second part of the mixture", self.second.density(point)),
+            ("both parts of the mixture alike", self.first.density(point) + self.second.density(point)),
+            (
+                "the parts of the mixture exchanged",
+                mix(1.0 - self.c, || self.first.density(point), || self.second.density(point)),
+            ),
+        ]
     }
 
     fn cell_mass(&self, cell: &crate::domain::Cell) -> Option<f64> {

@@ -47,6 +47,17 @@ pub struct Sample<P> {
     pub density: f64,
 }
 
+/// Variates that give a point; see [`Sampler::preimages`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Preimage {
+    /// The variates.
+    pub xi: Vec<f64>,
+    /// How many of them, at the front, only select a branch of the sampler: the point doesn't move with them.
+    pub selecting: usize,
+    /// The probability of that branch; 1 if nothing is selected.
+    pub weight: f64,
+}
+
 /// Draws points of a domain from uniform variates, and knows their density.
 ///
 /// ```
@@ -94,6 +105,32 @@ pub trait Sampler: Sync {
         None
     }
 
+    /// All variates that give `point`: its density is the sum of weight / |det d point / d xi| over them, xi the variates behind
+    /// the selecting ones. Unless told, the one that [`invert`](Self::invert) gives, where there are as many variates as the domain has axes.
+    fn preimages(&self, point: &PointOf<Self>) -> Option<Vec<Preimage>> {
+        use crate::domain::Space;
+        if self.dimensions() != self.domain().axes() {
+            return None;
+        }
+        Some(vec![Preimage { xi: self.invert(point)?, selecting: 0, weight: 1.0 }])
+    }
+
+    /// A variate that sampling left over, re-scaled for reuse: uniform in `[0, 1)` and independent of the point. `None` where there is none.
+    fn left_over(&self, _xi: &[f64]) -> Option<f64> {
+        None
+    }
+
+    /// Values of one variate at which a table switches from one entry to the next, where roundings show; a few hundred are enough.
+    fn variate_knots(&self, _dimension: usize) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Densities, up to a constant, that a mistaken copy of this sampler may have: ("without the cosine", its value at `point`). The diagnosis
+    /// tries them.
+    fn rivals(&self, _point: &PointOf<Self>) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
+
     /// The probability of a cell, where the sampler knows it exactly; quadrature of the density otherwise.
     fn cell_mass(&self, _cell: &Cell) -> Option<f64> {
         None
@@ -127,6 +164,22 @@ impl<S: Sampler + ?Sized> Sampler for &S {
 
     fn invert(&self, point: &PointOf<Self>) -> Option<Vec<f64>> {
         (**self).invert(point)
+    }
+
+    fn preimages(&self, point: &PointOf<Self>) -> Option<Vec<Preimage>> {
+        (**self).preimages(point)
+    }
+
+    fn left_over(&self, xi: &[f64]) -> Option<f64> {
+        (**self).left_over(xi)
+    }
+
+    fn variate_knots(&self, dimension: usize) -> Vec<f64> {
+        (**self).variate_knots(dimension)
+    }
+
+    fn rivals(&self, point: &PointOf<Self>) -> Vec<(&'static str, f64)> {
+        (**self).rivals(point)
     }
 
     fn cell_mass(&self, cell: &Cell) -> Option<f64> {

@@ -1,22 +1,23 @@
-//! Variates where floats break: 0, the largest value under 1, the steps of 24 and 32 bits, around 1/2, in all combinations.
+//! Variates where floats break: 0, denormals, the steps of 24, 32 and 53 bits, around 1/2, the largest values under 1, in all combinations; and every knot
+//! of the tables with its neighbours.
 
+use super::check::{Case, Check, Rests};
 use super::finding::{Finding, Verdict};
-use crate::domain::Domain;
+use super::probe::Probe;
 use crate::random::{ONE_MINUS_EPSILON_F32, ONE_MINUS_EPSILON_F64};
-use crate::sampler::Sampler;
-
-const CHECK: &str = "edges";
 
 /// The values that each variate takes.
-fn values() -> [f64; 12] {
+fn values() -> [f64; 14] {
     let power = |e: i32| 2.0_f64.powi(e);
     [
         0.0,
         f64::from_bits(1),
+        f64::from(f32::from_bits(1)),
         power(-53),
         power(-32),
         power(-24),
         0.25,
+        0.5 - power(-25),
         0.5_f64.next_down(),
         0.5,
         0.5_f64.next_up(),
@@ -26,49 +27,115 @@ fn values() -> [f64; 12] {
     ]
 }
 
-pub(super) fn check<S: Sampler>(sampler: &S) -> Finding {
-    let (domain, dimensions, values) = (sampler.domain(), sampler.dimensions(), values());
-    let (mut rejected, mut tried) = (0_u64, 0_u64);
-    let mut try_at = |xi: &[f64]| -> Result<(), String> {
-        tried += 1;
-        let Some(sample) = sampler.sample(xi) else {
-            rejected += 1;
-            return Ok(());
+/// A knot, and one step of `f64`, `f32` and of a 24-bit lattice either side.
+fn around(knot: f64) -> impl Iterator<Item = f64> {
+    let (single, step) = (knot as f32, 2.0_f64.powi(-24));
+    [
+        knot,
+        knot.next_down(),
+        knot.next_up(),
+        f64::from(single),
+        f64::from(single.next_down()),
+        f64::from(single.next_up()),
+        knot - step,
+        knot + step,
+    ]
+    .into_iter()
+    .map(|xi| xi.clamp(0.0, ONE_MINUS_EPSILON_F64))
+}
+
+pub(super) struct Edges;
+
+impl Check for Edges {
+    fn name(&self) -> &'static str {
+        "domain"
+    }
+
+    fn about(&self) -> &'static str {
+        "points inside the domain and finite densities at variates where floats break and at the knots of tables"
+    }
+
+    fn rests(&self) -> Rests {
+        Rests::NoCounts
+    }
+
+    fn run(&self, case: &Case<'_>) -> Vec<Finding> {
+        let (probe, dimensions, values) = (case.probe, case.probe.dimensions(), values());
+        let mut tried = Tried::default();
+        // All combinations up to four variates; beyond that each value along each variate, the others at a quarter.
+        let result = if dimensions <= 4 {
+            combinations(&values, dimensions).try_for_each(|xi| tried.at(probe, &xi))
+        } else {
+            (0..dimensions * values.len()).try_for_each(|i| {
+                let mut xi = vec![0.25; dimensions];
+                xi[i / values.len()] = values[i % values.len()];
+                tried.at(probe, &xi)
+            })
         };
-        domain.locate(&sample.point).map_err(|why| format!("the point {:?} {why}", sample.point))?;
-        for (how, density) in [("returned", sample.density), ("asked", sampler.density(&sample.point))] {
-            if density.is_nan() || density < 0.0 || density.is_infinite() {
-                return Err(format!("the density {how} at {:?} is {density}", sample.point));
+        let result = result.and_then(|()| knots(probe, &mut tried));
+        let Tried { count, rejected } = tried;
+        vec![match result {
+            Err(why) => Finding::certain(self.name(), Verdict::Fail, why),
+            Ok(()) => Finding::certain(
+                self.name(),
+                Verdict::Pass,
+                format!("points and densities are sound at {count} edge variates ({rejected} rejected)"),
+            ),
+        }]
+    }
+}
+
+/// Every knot of each variate with the others at the ends and in the middle.
+fn knots(probe: &dyn Probe, tried: &mut Tried) -> Result<(), String> {
+    let dimensions = probe.dimensions();
+    let others = [0.0, 0.5, ONE_MINUS_EPSILON_F64];
+    for dimension in 0..dimensions {
+        for knot in probe.variate_knots(dimension) {
+            for value in around(knot) {
+                for other in others {
+                    let mut xi = vec![other; dimensions];
+                    xi[dimension] = value;
+                    tried.at(probe, &xi)?;
+                }
             }
         }
-        Ok(())
-    };
-    // All combinations up to four variates; beyond that each value along each variate, the others at a quarter.
-    let combinations: Box<dyn Iterator<Item = Vec<f64>>> = if dimensions <= 4 {
-        let count = values.len().pow(dimensions as u32);
-        Box::new((0..count).map(move |mut code| {
-            let mut digit = || {
-                let value = values[code % values.len()];
-                code /= values.len();
-                value
-            };
-            (0..dimensions).map(|_| digit()).collect()
-        }))
-    } else {
-        Box::new((0..dimensions * values.len()).map(move |i| {
-            let mut xi = vec![0.25; dimensions];
-            xi[i / values.len()] = values[i % values.len()];
-            xi
-        }))
-    };
-    for xi in combinations {
-        if let Err(why) = try_at(&xi) {
-            return Finding::certain(CHECK, Verdict::Fail, format!("at xi = {xi:?} {why}"));
-        }
     }
-    Finding::certain(
-        CHECK,
-        Verdict::Pass,
-        format!("points and densities are sound at {tried} edge variates ({rejected} rejected)"),
-    )
+    Ok(())
+}
+
+fn combinations(values: &[f64], dimensions: usize) -> impl Iterator<Item = Vec<f64>> {
+    (0..values.len().pow(dimensions as u32)).map(move |mut code| {
+        let mut digit = || {
+            let value = values[code % values.len()];
+            code /= values.len();
+            value
+        };
+        (0..dimensions).map(|_| digit()).collect()
+    })
+}
+
+#[derive(Default)]
+struct Tried {
+    count: u64,
+    rejected: u64,
+}
+
+impl Tried {
+    fn at(&mut self, probe: &dyn Probe, xi: &[f64]) -> Result<(), String> {
+        self.count += 1;
+        let Some(look) = probe.look(xi) else {
+            self.rejected += 1;
+            return Ok(());
+        };
+        look.location.map_err(|why| format!("at xi = {xi:?} the point {} {why}", look.point))?;
+        for (how, density) in [("returned", look.density), ("asked", look.asked)] {
+            if density.is_nan() || density < 0.0 || density.is_infinite() {
+                return Err(format!("at xi = {xi:?} the density {how} at {} is {density}", look.point));
+            }
+        }
+        if let Some(rest) = probe.left_over(xi).filter(|rest| !(0.0..1.0).contains(rest)) {
+            return Err(format!("at xi = {xi:?} the variate left over is {rest}, outside of [0, 1)"));
+        }
+        Ok(())
+    }
 }

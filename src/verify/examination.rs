@@ -1,23 +1,16 @@
 //! All checks on one sampler, before anything is judged.
 
+use super::check::{BATTERY, Case, Rests};
+use super::diagnosis::{Diagnosis, diagnose};
 use super::expectation::Expectation;
 use super::finding::{Evidence, Finding, Verdict};
 use super::map::{CellFigure, Painter, ResidualMap};
+use super::power::{self, Power};
+use super::probe::Probe;
+use super::sequential::Bets;
 use super::settings::Settings;
-use super::{agreement, chi_square, edges, map, normalisation, tally};
-use crate::domain::Domain;
-use crate::sampler::Sampler;
-use crate::statistics::chi_square as tail;
+use super::{goodness, map, tally};
 use std::time::{Duration, Instant};
-
-/// A relative error of `error` over any `mass` of the distribution would have been caught with probability 0.99.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Power {
-    /// Share of the mass.
-    pub mass: f64,
-    /// Relative error of the density over it.
-    pub error: f64,
-}
 
 /// What the checks found on one sampler.
 pub struct Examination {
@@ -43,8 +36,12 @@ pub struct Examination {
     pub cells: Vec<CellFigure>,
     /// What the finest scale counted without a place on the domain: rejected samples, and the pool of light cells.
     pub elsewhere: Vec<CellFigure>,
-    /// Degrees of freedom of each scale of the chi-square test.
-    pub degrees: Vec<u64>,
+    /// Number of cells of each scale.
+    pub scales: Vec<usize>,
+    /// Whether it stopped as soon as it knew.
+    pub anytime: bool,
+    /// What would explain the counts, where they are not those of the density.
+    pub diagnosis: Option<Diagnosis>,
     /// Time that it took.
     pub time: Duration,
     painter: Painter,
@@ -72,64 +69,91 @@ impl Examination {
 
     /// How many p-values it adds to the run's correction.
     pub fn tests(&self) -> u64 {
-        self.findings.iter().filter(|f| matches!(f.evidence, Evidence::Chance { .. })).count() as u64
+        self.findings.iter().filter(|f| f.evidence.p_values().is_some()).count() as u64
     }
 
-    /// The relative error over 1, 5, 20 and 50% of the mass that the chi-square test at level `alpha` would have caught with
-    /// probability 0.99, at its best scale: an error e over the share y, made up for over the rest, adds
-    /// n e^2 y / (1 - y) to the statistic of every scale whose cells it fills.
+    /// The relative error over 1, 5, 20 and 50% of the mass, in one piece, that would have been caught with probability 0.99 at level `alpha`.
     pub fn power(&self, alpha: f64) -> Vec<Power> {
-        let shares = [0.01, 0.05, 0.2, 0.5];
-        shares
-            .iter()
-            .filter_map(|&mass| {
-                let best = self
-                    .degrees
-                    .iter()
-                    // A cell larger than the error dilutes it.
-                    .filter(|&&df| mass * (df + 1) as f64 >= 1.0)
-                    .filter_map(|&df| tail::noncentrality_for_power(alpha, df as f64, 0.99).ok())
-                    .min_by(f64::total_cmp)?;
-                Some(Power { mass, error: (best * (1.0 - mass) / (self.samples as f64 * mass)).sqrt() })
-            })
-            .collect()
+        // The bets of a run that stops early have no power at a fixed number of samples.
+        if self.anytime { Vec::new() } else { power::power(self.axes, &self.scales, self.samples, alpha) }
     }
 }
 
-pub(super) fn examine<S: Sampler>(sampler: &S, name: String, settings: &Settings) -> Examination {
+pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> Examination {
     let start = Instant::now();
-    let domain = sampler.domain();
-    let mut findings = vec![edges::check(sampler)];
-    let mut expectation = Expectation::new(sampler, settings.seed, settings.samples);
-    let tally = tally::draw(sampler, &expectation.partition, settings);
-    let rejected = tally.rejected as f64 / tally.samples.max(1) as f64;
-    let mut normalisation = normalisation::check(&domain, &expectation, rejected);
-    let mut counts = chi_square::check(&domain, &expectation, &tally);
+    let space = probe.space();
+    let mut expectation = Expectation::new(probe, settings.seed, settings.samples);
+    let mut bets = if settings.anytime { Bets::new(&expectation) } else { None };
+    let stop_at = -settings.stopping_level().ln();
+    let tally = tally::draw(probe, &expectation, settings, &mut |tally| {
+        settings.anytime && (tally.offends() || bets.as_mut().is_some_and(|bets| bets.look(tally) >= stop_at))
+    });
+    let wanted = |rests: Rests| match rests {
+        Rests::NoCounts | Rests::Quadrature => true,
+        Rests::Counts | Rests::ExpectedCounts => !settings.anytime,
+    };
+    let checks: Vec<_> = BATTERY
+        .into_iter()
+        .filter(|check| wanted(check.rests()) && !settings.without.iter().any(|name| name == check.name()))
+        .collect();
+    let mut found: Vec<Vec<Finding>> = {
+        let case = Case { probe, expectation: &expectation, tally: &tally, settings };
+        checks.iter().map(|check| check.run(&case)).collect()
+    };
     let suspicious = |finding: &Finding| match finding.evidence {
         Evidence::Certain(verdict) => verdict != Verdict::Pass,
         Evidence::Chance { conservative, .. } => conservative < settings.alpha,
+        Evidence::Betting { conservative, .. } => (-conservative).exp() < settings.alpha,
+        Evidence::Unanswered => false,
     };
-    if suspicious(&normalisation) || counts.findings.iter().any(suspicious) {
-        expectation.doubt(sampler, settings.seed);
-        normalisation = normalisation::check(&domain, &expectation, rejected);
-        counts = chi_square::check(&domain, &expectation, &tally);
+    let on_quadrature = |rests: Rests| matches!(rests, Rests::Quadrature | Rests::ExpectedCounts);
+    let doubtful = checks
+        .iter()
+        .zip(&found)
+        .any(|(check, findings)| on_quadrature(check.rests()) && findings.iter().any(suspicious))
+        || bets.as_ref().is_some_and(|bets| suspicious(&bets.finding(&tally)));
+    if doubtful {
+        expectation.doubt(probe, settings.seed);
+        let case = Case { probe, expectation: &expectation, tally: &tally, settings };
+        for (check, findings) in checks.iter().zip(&mut found).filter(|(c, _)| on_quadrature(c.rests())) {
+            *findings = check.run(&case);
+        }
+        if bets.is_some() {
+            // The e-value depends on the counts alone, not on when they were looked at.
+            bets = Bets::new(&expectation);
+            bets.iter_mut().for_each(|bets| {
+                bets.look(&tally);
+            });
+        }
     }
-    findings.extend([normalisation, agreement::support(&tally), agreement::check(&tally)]);
-    findings.extend(counts.findings);
+    let mut findings: Vec<Finding> = found.into_iter().flatten().collect();
+    findings.extend(bets.iter().map(|bets| bets.finding(&tally)));
+    if settings.anytime && bets.is_none() {
+        findings.push(Finding::certain(
+            "sequential",
+            Verdict::Inconclusive,
+            "there are no two cells to bet on",
+        ));
+    }
+    let case = Case { probe, expectation: &expectation, tally: &tally, settings };
+    let diagnosis = if findings.iter().any(suspicious) { diagnose(&case) } else { None };
+    let (cells, elsewhere, cell_of_leaf) = goodness::figures(space, &expectation, &tally);
     Examination {
         name,
-        domain: domain.name(),
-        per: domain.per(),
-        axes: domain.axes(),
-        picture_caption: domain.picture_caption(),
+        domain: space.name(),
+        per: space.per(),
+        axes: space.axes(),
+        picture_caption: space.picture_caption(),
         samples: tally.samples,
         rejected: tally.rejected,
         integral: (expectation.total.value, expectation.total.error),
         findings,
-        cells: counts.cells.clone(),
-        elsewhere: counts.elsewhere,
-        degrees: counts.degrees,
+        cells: cells.clone(),
+        elsewhere,
+        scales: expectation.scales.iter().map(|scale| scale.cells.len()).collect(),
+        anytime: settings.anytime,
+        diagnosis,
         time: start.elapsed(),
-        painter: map::painter(domain, expectation.partition, counts.cells, counts.cell_of_leaf),
+        painter: map::painter(probe.space_for_keeps(), expectation.partition, cells, cell_of_leaf),
     }
 }

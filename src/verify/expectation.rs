@@ -4,9 +4,9 @@
 //! far corner of a lamp seen at a grazing angle). So cells in which the density is 0 here and positive there are cut again by many more samples,
 //! and what even those may have missed is added to the error of the total. None of these samples are the ones that are judged.
 
-use crate::domain::{Domain, Integral, Integrator, Knots, Location, Partition, integrate_at_random};
+use super::probe::Probe;
+use crate::domain::{Cell, Groups, Integral, Integrator, Location, Partition, integrate_at_random};
 use crate::random::{fill_unit, stream, unit_f64};
-use crate::sampler::{PointOf, Sampler};
 use std::collections::HashMap;
 
 /// Pilot samples, at least and at most; as a share of the samples that are judged between, so that more samples make finer cells.
@@ -20,6 +20,15 @@ const GUIDES_SHARE: u64 = 8;
 const GUIDES_PER_PIECE: usize = 4;
 /// A place without any of N samples holds more than this over N with probability e^-8.
 const UNSEEN: f64 = 8.0;
+/// Cells that expect fewer samples are pooled (Cochran 1954 has 5 as the usual bound).
+pub(super) const LEAST: f64 = 8.0;
+/// Numbers of cells that the scales aim at; the finest ones are there only if there are samples for them.
+const SCALES: [usize; 5] = [16, 128, 1024, 8192, 65536];
+/// Below this many samples a cell a finer scale is not worth a test of its own.
+const WORTH: f64 = 100.0;
+/// Lines across each axis whose marginal distribution is tested; domains of more patches have none.
+const LINES: usize = 20;
+const LINES_PATCHES: usize = 8;
 
 /// The cells of a sampler's domain, and what its density says of them.
 pub(super) struct Expectation {
@@ -28,10 +37,30 @@ pub(super) struct Expectation {
     pub leaves: Vec<Integral>,
     /// Sum over the leaves.
     pub total: Integral,
+    /// Coarser partitions, from coarse to fine.
+    pub scales: Vec<Groups>,
+    /// For each axis, lines across it and the mass below each.
+    pub marginals: Vec<Marginal>,
     /// Where a mass that the sampler gave is not the integral of its density.
     pub contradiction: Option<String>,
     /// Of a discrete domain: the mass of the entries whose index leaves each remainder, for each of [`MODULI`].
     pub remainders: Vec<Vec<f64>>,
+}
+
+/// The marginal distribution along one axis of the chart, at some lines across it.
+#[derive(Default)]
+pub(super) struct Marginal {
+    pub axis: usize,
+    pub lines: Vec<f64>,
+    /// Mass below each line.
+    pub below: Vec<Integral>,
+}
+
+/// Mass and its error, of one cell of a scale.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Mass {
+    pub value: f64,
+    pub error: f64,
 }
 
 /// Entries that lie between each other share cells; those of one remainder do not.
@@ -39,54 +68,71 @@ pub(super) const MODULI: [usize; 2] = [64, 61];
 
 impl Expectation {
     /// For `samples` samples to be judged.
-    pub(super) fn new<S: Sampler>(sampler: &S, seed: u64, samples: u64) -> Self {
-        let (domain, knots) = (sampler.domain(), sampler.knots());
+    pub(super) fn new(probe: &dyn Probe, seed: u64, samples: u64) -> Self {
+        let (space, knots) = (probe.space(), probe.knots());
         let pilots = (samples / PILOTS_SHARE).clamp(PILOTS[0], PILOTS[1]);
-        let pilots = locations(sampler, seed, "pilot", pilots as usize);
-        let per_leaf = if domain.axes() == 0 { 1 } else { PILOTS_PER_LEAF };
-        let partition = Partition::from_pilots(&domain, pilots, &knots, per_leaf);
+        let pilots = locations(probe, seed, "pilot", pilots as usize);
+        let per_leaf = if space.axes() == 0 { 1 } else { PILOTS_PER_LEAF };
+        let lines = lines(probe, &pilots);
+        let partition = Partition::from_pilots(space, pilots, knots, per_leaf);
         // An error t of all cells, at worst, adds n t^2 to the chi-square statistic: keep that well below its spread.
         let relative_tolerance = (0.5 / (samples as f64).sqrt()).clamp(1e-6, 1e-3);
         let integrator = Integrator { relative_tolerance, absolute_tolerance: 1e-9, max_evaluations: 20_000 };
-        let integrate = |partition: &Partition, leaf: usize| {
-            let (cell, grading) = (&partition.leaves()[leaf], partition.grading(leaf));
-            integrator.integrate_graded(&domain, cell, &knots, &grading, |p| sampler.density(p))
+        let integrate = |partition: &Partition, leaf: usize, cell: &Cell| {
+            let grading = partition.grading(leaf);
+            integrator.integrate_chart(space, cell, knots, &grading, &|patch, at| probe.density_at(patch, at))
         };
-        let mut leaves = crate::parallel::map(partition.leaves().len(), |leaf| integrate(&partition, leaf));
+        let whole =
+            |partition: &Partition, leaf: usize| integrate(partition, leaf, &partition.leaves()[leaf]);
+        let mut leaves = crate::parallel::map(partition.leaves().len(), |leaf| whole(&partition, leaf));
         let mut unseen = 0.0;
         if leaves.iter().any(|leaf| leaf.zeros > 0) {
             let guides = (samples / GUIDES_SHARE).clamp(GUIDES[0], GUIDES[1]) as usize;
-            look_again(sampler, seed, guides, &knots, &partition, &mut leaves, &integrate);
+            look_again(probe, seed, guides, &partition, &mut leaves, &whole);
             unseen = UNSEEN / guides as f64;
         }
-        let contradiction = take_given_masses(sampler, seed, &knots, &partition, &mut leaves);
+        let contradiction = take_given_masses(probe, seed, &partition, &mut leaves);
         let mut total = leaves.iter().copied().fold(Integral::default(), |a, b| a + b);
         total.error += unseen;
+        let below = |axis: usize, line: f64| {
+            mass_below(&partition, &leaves, axis, line, |leaf, cell| match probe.cell_mass(cell) {
+                Some(value) => Integral { value, ..Integral::default() },
+                None => integrate(&partition, leaf, cell),
+            })
+        };
+        let marginals = lines
+            .into_iter()
+            .enumerate()
+            .map(|(axis, lines)| Marginal {
+                axis,
+                below: crate::parallel::map(lines.len(), |i| below(axis, lines[i])),
+                lines,
+            })
+            .collect();
         let mut remainders = Vec::new();
-        if domain.axes() == 0 && domain.patches() > PILOTS[0] as usize / 16 {
+        if space.axes() == 0 && space.patches() > PILOTS[0] as usize / 16 {
             remainders = MODULI.map(|modulus| vec![0.0; modulus]).into();
-            for entry in 0..domain.patches() {
-                let mass = sampler.density(&domain.point(entry, [0.0; 2]).0);
+            for entry in 0..space.patches() {
+                let mass = probe.density_at(entry, [0.0; 2]).0;
                 remainders
                     .iter_mut()
                     .zip(MODULI)
                     .for_each(|(masses, modulus)| masses[entry % modulus] += mass);
             }
         }
-        Self { partition, leaves, total, contradiction, remainders }
+        let scales = scales(&partition, &leaves, samples);
+        Self { partition, leaves, total, scales, marginals, contradiction, remainders }
     }
 
     /// Before anybody fails: integrates every leaf again by random points, and widens each error to what the two disagree about. The error
     /// estimate of a quadrature rule is no bound where the integrand keeps step with the nodes, or has more edges than there are nodes.
-    pub(super) fn doubt<S: Sampler>(&mut self, sampler: &S, seed: u64) {
-        let domain = sampler.domain();
-        if domain.axes() == 0 {
+    pub(super) fn doubt(&mut self, probe: &dyn Probe, seed: u64) {
+        if probe.space().axes() == 0 {
             return; // sums are exact
         }
-        let knots = sampler.knots();
-        let again = crate::parallel::map(self.leaves.len(), |leaf| {
-            at_random(sampler, seed, &knots, &self.partition, leaf)
-        });
+        let (partition, old) = (&self.partition, self.leaves.clone());
+        let whole = |leaf: usize| at_random(probe, seed, partition, leaf, &partition.leaves()[leaf]);
+        let again = crate::parallel::map(self.leaves.len(), whole);
         let (mut value, mut variance) = (0.0, 0.0);
         for (leaf, (mass, error)) in self.leaves.iter_mut().zip(again) {
             leaf.error = leaf.error.max((leaf.value - mass).abs() + SURE * error);
@@ -94,59 +140,136 @@ impl Expectation {
             variance += error * error;
         }
         self.total.error = self.total.error.max((self.total.value - value).abs() + SURE * variance.sqrt());
+        for marginal in &mut self.marginals {
+            let again = crate::parallel::map(marginal.lines.len(), |i| {
+                mass_below(partition, &old, marginal.axis, marginal.lines[i], |leaf, cell| {
+                    let (value, error) = at_random(probe, seed, partition, leaf, cell);
+                    Integral { value, error: error * error, ..Integral::default() }
+                })
+            });
+            let total = self.total.error;
+            for (below, again) in marginal.below.iter_mut().zip(again) {
+                let doubt = (below.value - again.value).abs() + SURE * again.error.max(0.0).sqrt();
+                below.error = below.error.max(doubt).max(total);
+            }
+        }
     }
 
     pub(super) fn masses(&self) -> Vec<f64> {
         self.leaves.iter().map(|leaf| leaf.value).collect()
     }
+
+    /// The masses of the cells of a scale, and of its pool of light cells.
+    pub(super) fn masses_at(&self, scale: &Groups) -> (Vec<Mass>, Mass) {
+        let (mut masses, mut pool) = (vec![Mass::default(); scale.cells.len()], Mass::default());
+        for (leaf, group) in self.leaves.iter().zip(&scale.of_leaf) {
+            let mass = group.map_or(&mut pool, |g| &mut masses[g]);
+            mass.value += leaf.value;
+            mass.error += leaf.error;
+        }
+        (masses, pool)
+    }
+
+    /// What the density leaves to rejected samples.
+    pub(super) fn rejected(&self) -> Mass {
+        Mass { value: (1.0 - self.total.value).max(0.0), error: self.total.error + 1e-6 }
+    }
+}
+
+fn scales(partition: &Partition, leaves: &[Integral], samples: u64) -> Vec<Groups> {
+    let masses: Vec<f64> = leaves.iter().map(|leaf| leaf.value).collect();
+    let n = samples as f64;
+    let mut scales: Vec<Groups> = Vec::new();
+    for target in SCALES.into_iter().filter(|&cells| cells <= 1024 || n / cells as f64 >= WORTH) {
+        let groups = partition.group(&masses, 1.0 / target as f64, LEAST / n);
+        if scales.last().is_none_or(|last| last.cells.len() != groups.cells.len()) {
+            scales.push(groups);
+        }
+    }
+    scales
+}
+
+/// Lines at the quantiles of the pilots, moved to the nearest knot.
+fn lines(probe: &dyn Probe, pilots: &[Location]) -> Vec<Vec<f64>> {
+    let space = probe.space();
+    if space.axes() < 2 || space.patches() > LINES_PATCHES || pilots.len() < 64 * LINES {
+        return Vec::new();
+    }
+    let along = |axis: usize| {
+        let mut values: Vec<f64> = pilots.iter().map(|p| p.at[axis]).collect();
+        values.sort_by(f64::total_cmp);
+        let knots = &probe.knots().axes[axis];
+        let mut lines: Vec<f64> = (1..=LINES)
+            .map(|i| values[i * values.len() / (LINES + 1)])
+            .map(|x| if knots.len() > 1 { crate::domain::nearest(x, knots) } else { x })
+            .collect();
+        lines.dedup();
+        lines.retain(|&x| x > 0.0 && x < 1.0);
+        lines
+    };
+    (0..space.axes()).map(along).collect()
+}
+
+/// The mass of all leaves and parts of leaves below a line across an axis.
+fn mass_below(
+    partition: &Partition,
+    leaves: &[Integral],
+    axis: usize,
+    line: f64,
+    part: impl Fn(usize, &Cell) -> Integral,
+) -> Integral {
+    let mut sum = Integral::default();
+    for (leaf, cell) in partition.leaves().iter().enumerate() {
+        if cell.high[axis] <= line {
+            sum.value += leaves[leaf].value;
+            sum.error += leaves[leaf].error;
+        } else if cell.low[axis] < line {
+            let mut below = cell.clone();
+            below.high[axis] = line;
+            let part = part(leaf, &below);
+            sum.value += part.value;
+            sum.error += part.error;
+        }
+    }
+    sum
 }
 
 /// Standard errors that a random integral is given.
 const SURE: f64 = 3.0;
 
-/// The mass of a leaf by random points, and its standard error.
-fn at_random<S: Sampler>(
-    sampler: &S,
-    seed: u64,
-    knots: &Knots,
-    partition: &Partition,
-    leaf: usize,
-) -> (f64, f64) {
+/// The mass of a leaf, or of a part of it, by random points, and its standard error.
+fn at_random(probe: &dyn Probe, seed: u64, partition: &Partition, leaf: usize, cell: &Cell) -> (f64, f64) {
     let mut rng = stream(seed, "doubt", leaf as u64);
-    let (cell, grading) = (&partition.leaves()[leaf], partition.grading(leaf));
-    let (density, mut uniform) = (|p: &PointOf<S>| sampler.density(p), || unit_f64(&mut rng));
-    integrate_at_random(&sampler.domain(), cell, knots, &grading, &density, &mut uniform)
+    let mut uniform = || unit_f64(&mut rng);
+    let density = |patch, at| probe.density_at(patch, at);
+    let grading = partition.grading(leaf);
+    integrate_at_random(probe.space(), cell, probe.knots(), &grading, &density, &mut uniform)
 }
 
 /// Where samples of a stream of their own fall.
-fn locations<S: Sampler>(sampler: &S, seed: u64, purpose: &str, count: usize) -> Vec<Location> {
-    let domain = sampler.domain();
+pub(super) fn locations(probe: &dyn Probe, seed: u64, purpose: &str, count: usize) -> Vec<Location> {
     crate::parallel::map(count / SHARD, |shard| {
         let mut rng = stream(seed, purpose, shard as u64);
-        let mut xi = vec![0.0; sampler.dimensions()];
-        (0..SHARD)
-            .filter_map(|_| {
-                fill_unit(&mut rng, &mut xi);
-                domain.locate(&sampler.sample(&xi)?.point).ok()
-            })
-            .collect::<Vec<_>>()
+        let mut xi = vec![0.0; probe.dimensions().max(1) * SHARD];
+        fill_unit(&mut rng, &mut xi);
+        let mut found = Vec::with_capacity(SHARD);
+        probe.locate(&xi, &mut found);
+        found
     })
     .concat()
 }
 
 /// Integrates the leaves that the edge of a support crosses again, cut so that each piece holds few of many samples.
-fn look_again<S: Sampler>(
-    sampler: &S,
+fn look_again(
+    probe: &dyn Probe,
     seed: u64,
     guides: usize,
-    knots: &Knots,
     partition: &Partition,
     leaves: &mut [Integral],
-    integrate: &(impl Fn(&Partition, usize) -> Integral + Sync),
+    integrate: &(dyn Fn(&Partition, usize) -> Integral + Sync),
 ) {
-    let domain = sampler.domain();
     let mut in_leaf: HashMap<usize, Vec<Location>> = HashMap::new();
-    for location in locations(sampler, seed, "guide", guides) {
+    for location in locations(probe, seed, "guide", guides) {
         let leaf = partition.leaf_of(&location);
         if leaves[leaf].zeros > 0 {
             in_leaf.entry(leaf).or_default().push(location);
@@ -157,7 +280,7 @@ fn look_again<S: Sampler>(
     let again = crate::parallel::map(crossed.len(), |i| {
         let (leaf, guides) = &crossed[i];
         let cell = partition.leaves()[*leaf].clone();
-        let pieces = Partition::within(&domain, cell, guides.clone(), knots, GUIDES_PER_PIECE);
+        let pieces = Partition::within(probe.space(), cell, guides.clone(), probe.knots(), GUIDES_PER_PIECE);
         (0..pieces.leaves().len())
             .map(|piece| integrate(&pieces, piece))
             .fold(Integral::default(), |a, b| a + b)
@@ -168,25 +291,24 @@ fn look_again<S: Sampler>(
 }
 
 /// Replaces integrals by the masses that the sampler knows exactly, and says where the two contradict each other.
-fn take_given_masses<S: Sampler>(
-    sampler: &S,
+fn take_given_masses(
+    probe: &dyn Probe,
     seed: u64,
-    knots: &Knots,
     partition: &Partition,
     leaves: &mut [Integral],
 ) -> Option<String> {
     let mut contradiction = None;
     for (leaf, integral) in leaves.iter_mut().enumerate() {
         let cell = &partition.leaves()[leaf];
-        let Some(mass) = sampler.cell_mass(cell) else { continue };
+        let Some(mass) = probe.cell_mass(cell) else { continue };
         let rounding = 1e-9 + 1e-6 * mass;
         let agrees = |value: f64, error: f64| (mass - value).abs() <= error + rounding;
         if contradiction.is_none() && !agrees(integral.value, integral.error) {
-            let exact = sampler.domain().axes() == 0;
+            let exact = probe.space().axes() == 0;
             let (again, error) =
-                if exact { (integral.value, 0.0) } else { at_random(sampler, seed, knots, partition, leaf) };
+                if exact { (integral.value, 0.0) } else { at_random(probe, seed, partition, leaf, cell) };
             if !agrees(again, SURE * error + (again - integral.value).abs()) {
-                let (place, value) = (sampler.domain().describe(cell), integral.value);
+                let (place, value) = (probe.space().describe(cell), integral.value);
                 contradiction = Some(format!(
                     "the sampler gives {place} the mass {mass:e}, its density integrates to {value:e} there"
                 ));

@@ -1,6 +1,6 @@
 //! Where on the domain: the figures of every cell, and the rasters that pictures are made of.
 
-use crate::domain::{Cell, Domain, Integrator, Knots, Partition};
+use crate::domain::{Cell, Partition, Space};
 
 /// What a cell of the finest scale counted.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,27 +50,22 @@ pub struct ResidualMap {
 /// Draws a [`ResidualMap`] of any height; kept instead of the map, which few runs ask for.
 pub(super) type Painter = Box<dyn Fn(usize) -> ResidualMap + Send + Sync>;
 
-pub(super) fn painter<D: Domain>(
-    domain: D,
+pub(super) fn painter(
+    space: Box<dyn Space>,
     partition: Partition,
     cells: Vec<CellFigure>,
     cell_of_leaf: Vec<Option<usize>>,
 ) -> Painter {
     Box::new(move |height| {
-        let integrator =
-            Integrator { relative_tolerance: 1e-3, absolute_tolerance: 0.0, max_evaluations: 500 };
-        let measures: Vec<f64> = cells
-            .iter()
-            .map(|c| integrator.integrate(&domain, &c.cell, &Knots::default(), |_| 1.0).value)
-            .collect();
+        let measures: Vec<f64> = cells.iter().map(|c| space.cell_measure(&c.cell)).collect();
         let height = height.max(1);
-        let width = ((height as f64 * domain.picture_aspect()).round() as usize).max(1);
+        let width = ((height as f64 * space.picture_aspect()).round() as usize).max(1);
         let blank = vec![f64::NAN; width * height];
         let mut map =
             ResidualMap { width, height, observed: blank.clone(), expected: blank.clone(), residual: blank };
         for i in 0..width * height {
             let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-            let place = domain.picture_location(x / width as f64, y / height as f64);
+            let place = space.picture_location(x / width as f64, y / height as f64);
             let Some(cell) = place.and_then(|p| cell_of_leaf[partition.leaf_of(&p)]) else { continue };
             let figure = &cells[cell];
             let weight = 1.0 / (figure.samples as f64 * measures[cell]);

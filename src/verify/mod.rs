@@ -2,30 +2,54 @@
 //!
 //! [`verify`] draws samples, integrates the density, runs every check and returns a [`Report`]:
 //!
-//! - **edges**: variates at 0, just under 1, and other places where floats break, in all combinations;
-//! - **agreement**: the density returned with a sample is the density asked at its point;
-//! - **normalisation**: the density integrates to no more than 1 (what is missing must turn up as rejected samples);
-//! - **support**: no sample where the density is 0, NaN, infinite or negative, none outside of the domain;
-//! - **chi-square**: counts against expected counts in cells chosen by the mass, at several scales.
+//! | check | what it asks |
+//! |---|---|
+//! | domain | points and densities are sound where floats break: variates at 0, just under 1, around the knots of tables, in all combinations |
+//! | support | no sample where the density is 0, NaN, infinite or negative, none outside of the domain; density wherever a target is positive |
+//! | agreement | the density returned with a sample is the density asked at its point |
+//! | normalisation | the density integrates to no more than 1 (what is missing must turn up as rejected samples) |
+//! | jacobian | density x determinant of d point / d xi is 1, point by point |
+//! | round trip | the inverse, where there is one, inverts |
+//! | chi-square | counts against expected counts in cells chosen by the mass, at several scales |
+//! | distribution | distribution functions of the marginals and of Rosenblatt's transform |
+//! | weights | the mean of 1 / density over a cell is its measure |
+//! | independence | consecutive samples, streams, points and left-over variates don't depend on each other |
+//! | repeats | equal points are no more frequent than rounding explains |
+//! | sequential | in place of those that count, in a run that stops as soon as it knows |
 //!
 //! Everything that involves chance gives a p-value; they are corrected together, over everything that the run tested (Holm), so that
 //! a run of right samplers fails with a probability of at most alpha, however many there are.
 
 mod agreement;
-mod chi_square;
+mod check;
+mod diagnosis;
 mod edges;
 mod examination;
 mod expectation;
 mod finding;
+mod goodness;
+mod independence;
+mod jacobian;
 mod map;
+mod marginals;
 mod normalisation;
+mod power;
+mod probe;
+mod repeats;
 mod report;
+mod round_trip;
+mod sequential;
 mod settings;
+mod support;
 mod tally;
+mod weights;
 
-pub use examination::{Examination, Power};
+pub use check::checks;
+pub use diagnosis::Diagnosis;
+pub use examination::Examination;
 pub use finding::{Evidence, Finding, Verdict};
 pub use map::{CellFigure, ResidualMap};
+pub use power::Power;
 pub(crate) use report::p_value;
 pub use report::{Conclusion, Report};
 pub use settings::{Drawn, Settings, Verify};

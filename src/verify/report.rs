@@ -43,10 +43,8 @@ impl Report {
             let all: Vec<f64> = examinations
                 .iter()
                 .flat_map(|e| &e.findings)
-                .filter_map(|f| match f.evidence {
-                    Evidence::Chance { p, conservative } => Some(known(pick(p, conservative))),
-                    Evidence::Certain(_) => None,
-                })
+                .filter_map(|f| f.evidence.p_values())
+                .map(|(p, conservative)| known(pick(p, conservative)))
                 .collect();
             holm(&all).unwrap_or_else(|_| vec![1.0; all.len()]).into_iter()
         };
@@ -54,9 +52,10 @@ impl Report {
         let tests = raw.len() as u64;
         let alpha = settings.own_alpha();
         let mut conclude = |finding: &Finding| {
-            let (verdict, adjusted_p) = match finding.evidence {
-                Evidence::Certain(verdict) => (verdict, None),
-                Evidence::Chance { p, .. } => {
+            let (verdict, adjusted_p) = match (finding.evidence, finding.evidence.p_values()) {
+                (Evidence::Certain(verdict), _) => (verdict, None),
+                (_, None) => (Verdict::Inconclusive, None),
+                (_, Some((p, _))) => {
                     let (raw, sure) = (raw.next().unwrap_or(1.0), conservative.next().unwrap_or(1.0));
                     let verdict = if !(sure >= alpha) {
                         Verdict::Fail
@@ -75,9 +74,11 @@ impl Report {
         Self { conclusions, alpha, seed: settings.seed, samples: settings.samples, tests, examinations }
     }
 
-    /// The verdict on one sampler: the worst of its findings.
+    /// The verdict on one sampler: the worst of its findings, of those that have an answer.
     pub fn verdict_on(&self, sampler: usize) -> Verdict {
-        self.conclusions[sampler].iter().map(|c| c.verdict).max().unwrap_or(Verdict::Inconclusive)
+        let answered =
+            self.conclusions[sampler].iter().filter(|c| c.finding.evidence != Evidence::Unanswered);
+        answered.map(|c| c.verdict).max().unwrap_or(Verdict::Inconclusive)
     }
 
     /// The verdict on the run: the worst of all.

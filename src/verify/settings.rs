@@ -1,10 +1,12 @@
 //! What a verification is told: how many samples, which seed, how sure.
 
 use super::examination::{Examination, examine};
+use super::probe::{Extras, Known, Subject};
 use super::report::Report;
-use crate::sampler::Sampler;
+use crate::sampler::{PointOf, Sampler};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// How far the drawing of samples has come, for a progress bar.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,14 +20,22 @@ pub struct Drawn {
 /// Settings of a verification.
 #[derive(Clone)]
 pub struct Settings {
-    /// Samples to draw.
+    /// Samples to draw, at most.
     pub samples: u64,
+    /// Stop drawing after this time. What was drawn until then depends on the machine, and with it every figure.
+    pub time: Option<Duration>,
+    /// Look after every batch and stop as soon as it is known, by tests that allow it.
+    pub anytime: bool,
     /// Seed of the run; same seed, same bits.
     pub seed: u64,
     /// The probability that a run of right samplers fails, at most, over everything it tests.
     pub alpha: f64,
     /// How many other samplers the same suite verifies in runs of their own; all share alpha.
     pub others: u64,
+    /// How many samplers this run judges together.
+    pub samplers: u64,
+    /// Names of checks to leave out.
+    pub without: Vec<String>,
     /// Called now and then while samples are drawn.
     pub progress: Option<Arc<dyn Fn(Drawn) + Send + Sync>>,
     /// Once set, drawing ends soon and what was drawn is judged.
@@ -34,7 +44,18 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { samples: 1_000_000, seed: 1, alpha: 1e-3, others: 0, progress: None, stop: None }
+        Self {
+            samples: 1_000_000,
+            time: None,
+            anytime: false,
+            seed: 1,
+            alpha: 1e-3,
+            others: 0,
+            samplers: 1,
+            without: Vec::new(),
+            progress: None,
+            stop: None,
+        }
     }
 }
 
@@ -44,14 +65,20 @@ impl Settings {
         self.alpha / (1.0 + self.others as f64)
     }
 
+    /// The level at which an anytime-valid test stops.
+    pub(super) fn stopping_level(&self) -> f64 {
+        self.own_alpha() / self.samplers.max(1) as f64
+    }
+
     pub(crate) fn stopped(&self) -> bool {
         self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 }
 
 /// A verification that is being set up; see [`verify`](super::verify).
-pub struct Verify<'a, S> {
+pub struct Verify<'a, S: Sampler> {
     sampler: &'a S,
+    extras: Extras<PointOf<S>>,
     name: String,
     settings: Settings,
 }
@@ -62,7 +89,7 @@ impl<'a, S: Sampler> Verify<'a, S> {
         // "warpcheck::sampler::phong::PhongLobe" -> "PhongLobe"
         let head = full.split('<').next().unwrap_or(full);
         let name = head.rsplit("::").next().unwrap_or(full).to_owned();
-        Self { sampler, name, settings: Settings::default() }
+        Self { sampler, extras: Extras::default(), name, settings: Settings::default() }
     }
 
     /// What the report calls the sampler.
@@ -105,6 +132,87 @@ impl<'a, S: Sampler> Verify<'a, S> {
         self
     }
 
+    /// Draws for this many seconds, or until the number of samples is reached.
+    ///
+    /// # Panics
+    /// Unless it is positive and finite.
+    #[track_caller]
+    pub fn seconds(mut self, seconds: f64) -> Self {
+        assert!(
+            seconds > 0.0 && seconds < 1e9,
+            "the budget is {seconds} seconds; it must be positive and finite"
+        );
+        self.settings.time = Some(Duration::from_secs_f64(seconds));
+        self
+    }
+
+    /// Looks after every batch and stops as soon as it is known that the sampler is wrong. However often it looks, a right sampler fails with
+    /// probability alpha at most. Only tests that allow this are made: few cells, so that what they see is coarse.
+    ///
+    /// ```
+    /// use warpcheck::sampler::CosineHemisphere;
+    /// warpcheck::verify(&CosineHemisphere).anytime().samples(500_000).run().assert();
+    /// ```
+    pub fn anytime(mut self) -> Self {
+        self.settings.anytime = true;
+        self
+    }
+
+    /// Leaves a check out, by its name ([`checks`](super::checks)).
+    ///
+    /// # Panics
+    /// If there is no check of this name.
+    #[track_caller]
+    pub fn without(mut self, check: &str) -> Self {
+        let known = super::checks().any(|(name, _)| name == check);
+        assert!(known, "there is no check `{check}`");
+        self.settings.without.push(check.to_owned());
+        self
+    }
+
+    /// What the sampler is for: wherever `target` is positive, the density must be. For an environment map its radiance as it is looked up, for a light
+    /// its emission.
+    ///
+    /// ```
+    /// use warpcheck::{domain::Square, sampler::from_fn};
+    /// let half = from_fn(Square, |[u, v]: [f64; 2]| [0.5 * u, v], |p: [f64; 2]| if p[0] < 0.5 { 2.0 } else { 0.0 });
+    /// warpcheck::verify(&half).target(|p| if p.x < 0.4 { 1.0 } else { 0.0 }).samples(50_000).run().assert();
+    /// ```
+    pub fn target(mut self, target: impl Fn(&PointOf<S>) -> f64 + Send + Sync + 'static) -> Self {
+        self.extras.target = Some(Box::new(target));
+        self
+    }
+
+    /// A function whose integral over the domain is known: the mean of f / density must be it.
+    ///
+    /// ```
+    /// use warpcheck::sampler::CosineHemisphere;
+    /// warpcheck::verify(&CosineHemisphere)
+    ///     .integral("irradiance of a white sky", |w| w.z, std::f64::consts::PI)
+    ///     .samples(50_000)
+    ///     .run()
+    ///     .assert();
+    /// ```
+    pub fn integral(
+        mut self,
+        name: impl Into<String>,
+        function: impl Fn(&PointOf<S>) -> f64 + Send + Sync + 'static,
+        integral: f64,
+    ) -> Self {
+        self.extras.known.push(Known { name: name.into(), function: Box::new(function), integral });
+        self
+    }
+
+    /// A density, up to a constant, that the sampler may have by mistake, for the diagnosis to try: "my pdf without the Jacobian".
+    pub fn rival(
+        mut self,
+        name: impl Into<String>,
+        density: impl Fn(&PointOf<S>) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        self.extras.rivals.push((name.into(), Box::new(density)));
+        self
+    }
+
     /// All settings at once, in place of any that were made before.
     pub fn settings(mut self, settings: Settings) -> Self {
         self.settings = settings;
@@ -113,7 +221,7 @@ impl<'a, S: Sampler> Verify<'a, S> {
 
     /// Runs the checks without judging them, so that several samplers can be judged in one [`Report`].
     pub fn examine(self) -> Examination {
-        examine(self.sampler, self.name, &self.settings)
+        examine(&Subject::new(self.sampler, &self.extras), self.name, &self.settings)
     }
 
     /// Runs the checks and judges them.

@@ -1,22 +1,27 @@
-//! Draws the samples and counts them: per cell, rejected, outside of the domain, without density.
+//! Draws the samples and counts them: per cell, per pair of consecutive cells, rejected, outside of the domain, without density.
 //!
 //! Samples are drawn in shards of fixed size, each from its own stream, and merged in order: the same seed gives the same counts on any
 //! number of threads.
 
-use super::expectation::MODULI;
+use super::expectation::{Expectation, MODULI};
+use super::probe::{Draw, Fate, Probe};
 use super::settings::{Drawn, Settings};
-use crate::domain::{Domain, Partition};
 use crate::random::{fill_unit, stream};
-use crate::sampler::{Sample, Sampler};
+use crate::statistics::Moments;
+use std::time::Instant;
 
-const SHARD: u64 = 1 << 14;
+pub(super) const SHARD: u64 = 1 << 14;
 /// Shards between two looks at the clock; also what bounds the memory.
 const BATCH: u64 = 64;
+/// Samples that are drawn in one go.
+const CHUNK: usize = 512;
 /// In this many first shards the density is asked again at every sample's point, later at each one in [`ASKED_RARELY`].
 const ASKED_ALWAYS: u64 = 4;
-const ASKED_RARELY: u64 = 16;
+const ASKED_RARELY: usize = 16;
 /// Rounding may move a sample on the border of the support this far beyond it.
 const BORDER: f64 = 1e-6;
+/// Classes of the left-over variate.
+pub(super) const CLASSES: usize = 16;
 
 /// A sample with something wrong with it.
 #[derive(Clone, Debug)]
@@ -56,12 +61,47 @@ pub(super) struct Disagreement {
     pub example: Option<Offence>,
 }
 
+/// Sums of 1 / density over the samples of one leaf.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Inverse {
+    /// Of the first, second and third power.
+    pub powers: [f64; 3],
+    pub largest: f64,
+}
+
+impl Inverse {
+    #[inline]
+    fn add(&mut self, weight: f64) {
+        let square = weight * weight;
+        self.powers[0] += weight;
+        self.powers[1] += square;
+        self.powers[2] += square * weight;
+        self.largest = self.largest.max(weight);
+    }
+
+    pub fn merge(&mut self, other: &Self) {
+        self.powers.iter_mut().zip(other.powers).for_each(|(a, b)| *a += b);
+        self.largest = self.largest.max(other.largest);
+    }
+}
+
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tally {
     pub samples: u64,
     pub per_leaf: Vec<u64>,
+    /// For each leaf.
+    pub inverse: Vec<Inverse>,
+    /// For each axis with lines across it, samples between two lines.
+    pub between_lines: Vec<Vec<u64>>,
     /// Samples by the remainder of their index, for each of [`MODULI`].
     pub remainders: [Vec<u64>; 2],
+    /// For each class of a sample, the class of the next one: the cells of the coarsest scale, and all else.
+    pub pairs: Vec<u64>,
+    /// For each such class, the class of the variate that was left over.
+    pub left_over: Vec<u64>,
+    pub left_over_outside: Offences,
+    /// Of f / density, for every function with a known integral.
+    pub known: Vec<Moments>,
     pub rejected: u64,
     pub outside: Offences,
     /// Density 0 although no neighbour has any.
@@ -74,14 +114,34 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    fn empty(leaves: usize) -> Self {
-        Self { per_leaf: vec![0; leaves], remainders: MODULI.map(|m| vec![0; m]), ..Self::default() }
+    fn empty(probe: &dyn Probe, expectation: &Expectation) -> Self {
+        let leaves = expectation.partition.leaves().len();
+        let classes = classes(expectation);
+        Self {
+            per_leaf: vec![0; leaves],
+            inverse: vec![Inverse::default(); leaves],
+            between_lines: expectation.marginals.iter().map(|m| vec![0; m.lines.len() + 1]).collect(),
+            remainders: MODULI.map(|m| vec![0; m]),
+            pairs: vec![0; classes * classes],
+            left_over: vec![0; classes * CLASSES],
+            known: vec![Moments::default(); probe.known().len()],
+            ..Self::default()
+        }
     }
 
     fn merge(&mut self, other: Self) {
+        fn add(mine: &mut [u64], theirs: &[u64]) {
+            mine.iter_mut().zip(theirs).for_each(|(a, b)| *a += b);
+        }
         self.samples += other.samples;
-        let mine = self.per_leaf.iter_mut().chain(self.remainders.iter_mut().flatten());
-        mine.zip(other.per_leaf.iter().chain(other.remainders.iter().flatten())).for_each(|(a, b)| *a += b);
+        add(&mut self.per_leaf, &other.per_leaf);
+        self.inverse.iter_mut().zip(&other.inverse).for_each(|(a, b)| a.merge(b));
+        self.between_lines.iter_mut().zip(&other.between_lines).for_each(|(a, b)| add(a, b));
+        self.remainders.iter_mut().zip(&other.remainders).for_each(|(a, b)| add(a, b));
+        add(&mut self.pairs, &other.pairs);
+        add(&mut self.left_over, &other.left_over);
+        self.left_over_outside.merge(other.left_over_outside);
+        self.known.iter_mut().zip(&other.known).for_each(|(a, b)| a.merge(b));
         self.rejected += other.rejected;
         self.outside.merge(other.outside);
         self.unsupported.merge(other.unsupported);
@@ -94,22 +154,46 @@ impl Tally {
             (mine.worst, mine.example) = (theirs.worst, theirs.example);
         }
     }
+
+    /// Whether something was seen that no right sampler does.
+    pub fn offends(&self) -> bool {
+        let offences = [&self.outside, &self.unsupported, &self.invalid, &self.left_over_outside];
+        offences.iter().any(|o| o.count > 0) || self.disagreement.wrong > 0
+    }
 }
 
-/// Draws `settings.samples` samples, or fewer if stopped.
-pub(super) fn draw<S: Sampler>(sampler: &S, partition: &Partition, settings: &Settings) -> Tally {
-    let leaves = partition.leaves().len();
-    let mut total = Tally::empty(leaves);
+/// Classes that consecutive samples are tallied in: the cells of the coarsest scale and one for the rest.
+pub(super) fn classes(expectation: &Expectation) -> usize {
+    1 + expectation.scales.first().map_or(0, |scale| scale.cells.len())
+}
+
+/// Draws `settings.samples` samples, or fewer if stopped, if the time is up, or if `enough` says so of what was drawn so far. `enough` is asked
+/// after every shard, in order.
+pub(super) fn draw(
+    probe: &dyn Probe,
+    expectation: &Expectation,
+    settings: &Settings,
+    enough: &mut dyn FnMut(&Tally) -> bool,
+) -> Tally {
+    let start = Instant::now();
+    let mut total = Tally::empty(probe, expectation);
     let shards = settings.samples.div_ceil(SHARD);
     let mut next = 0;
-    while next < shards && !(settings.stopped() && next > 0) {
-        let batch = BATCH.min(shards - next);
+    let time_is_up = || settings.time.is_some_and(|time| start.elapsed() >= time);
+    while next < shards && !(next > 0 && (settings.stopped() || time_is_up())) {
+        // With a time to keep, look at the clock more often.
+        let batch = if settings.time.is_some() { BATCH / 8 } else { BATCH }.min(shards - next);
         let tallies = crate::parallel::map(batch as usize, |i| {
             let shard = next + i as u64;
             let count = SHARD.min(settings.samples - shard * SHARD);
-            draw_shard(sampler, partition, settings.seed, shard, count)
+            draw_shard(probe, expectation, settings.seed, shard, count)
         });
-        tallies.into_iter().for_each(|t| total.merge(t));
+        for tally in tallies {
+            total.merge(tally);
+            if enough(&total) {
+                return total;
+            }
+        }
         next += batch;
         if let Some(progress) = &settings.progress {
             progress(Drawn { samples: total.samples, of: settings.samples });
@@ -118,101 +202,154 @@ pub(super) fn draw<S: Sampler>(sampler: &S, partition: &Partition, settings: &Se
     total
 }
 
-fn draw_shard<S: Sampler>(sampler: &S, partition: &Partition, seed: u64, shard: u64, count: u64) -> Tally {
-    let domain = sampler.domain();
-    let discrete = domain.axes() == 0;
+fn draw_shard(probe: &dyn Probe, expectation: &Expectation, seed: u64, shard: u64, count: u64) -> Tally {
     let mut rng = stream(seed, "verify", shard);
-    let mut xi = vec![0.0; sampler.dimensions()];
-    let mut tally = Tally { samples: count, ..Tally::empty(partition.leaves().len()) };
-    for i in 0..count {
-        fill_unit(&mut rng, &mut xi);
-        let Some(sample) = sampler.sample(&xi) else {
-            tally.rejected += 1;
-            continue;
-        };
-        match domain.locate(&sample.point) {
-            Ok(location) => {
-                tally.per_leaf[partition.leaf_of(&location)] += 1;
-                if discrete {
-                    tally
-                        .remainders
-                        .iter_mut()
-                        .zip(MODULI)
-                        .for_each(|(counts, m)| counts[location.patch % m] += 1);
-                }
-            }
-            Err(why) => {
-                tally.outside.add(&xi, || format!("the point {why}"));
-                continue;
-            }
+    let dimensions = probe.dimensions().max(1);
+    let mut tally = Tally { samples: count, ..Tally::empty(probe, expectation) };
+    let mut xi = vec![0.0; CHUNK * dimensions];
+    let (mut draws, mut values) = (Vec::with_capacity(CHUNK), Vec::new());
+    let mut counter = Counter::new(probe, expectation);
+    let ask = if shard < ASKED_ALWAYS { 1 } else { ASKED_RARELY };
+    let mut left = count as usize;
+    while left > 0 {
+        let xi = &mut xi[..left.min(CHUNK) * dimensions];
+        fill_unit(&mut rng, xi);
+        probe.draw(xi, ask, &mut draws, &mut values);
+        for (i, (draw, xi)) in draws.iter().zip(xi.chunks_exact(dimensions)).enumerate() {
+            counter.count(draw, xi, i % ask == 0, &mut tally);
         }
-        let density = sample.density;
-        if !(density.is_finite() && density >= 0.0) {
-            tally.invalid.add(&xi, || format!("the density at {:?} is {density}", sample.point));
-        } else if density == 0.0 {
-            if has_density_nearby(sampler, &domain, &sample) {
-                tally.on_border += 1;
-            } else {
-                tally.unsupported.add(&xi, || format!("the density at {:?} is 0", sample.point));
-            }
-        } else if shard < ASKED_ALWAYS || i % ASKED_RARELY == 0 {
-            ask_again(sampler, &domain, &sample, &xi, &mut tally);
+        let functions = tally.known.len().max(1);
+        for values in values.chunks_exact(functions) {
+            tally.known.iter_mut().zip(values).for_each(|(moments, &value)| moments.add(value));
         }
+        left -= draws.len();
     }
     tally
 }
 
-fn has_density_nearby<S: Sampler>(
-    sampler: &S,
-    domain: &S::Domain,
-    sample: &Sample<<S::Domain as Domain>::Point>,
-) -> bool {
-    domain.neighbours(&sample.point, BORDER).iter().any(|p| sampler.density(p) > 0.0)
+struct Counter<'a> {
+    probe: &'a dyn Probe,
+    expectation: &'a Expectation,
+    discrete: bool,
+    has_left_over: bool,
+    classes: usize,
+    class_of_leaf: Option<&'a [Option<usize>]>,
+    previous: Option<usize>,
 }
 
-/// Compares the density returned with the density asked at the same point. Where they differ by more than 1e-4, the densities a
-/// rounding away say how much of it the rounding of the point explains.
-fn ask_again<S: Sampler>(
-    sampler: &S,
-    domain: &S::Domain,
-    sample: &Sample<<S::Domain as Domain>::Point>,
-    xi: &[f64],
-    tally: &mut Tally,
-) {
-    tally.disagreement.asked += 1;
-    let (returned, asked) = (sample.density, sampler.density(&sample.point));
-    if !(asked.is_finite() && asked >= 0.0) {
-        tally.invalid.add(xi, || format!("asked for the density at {:?}, it says {asked}", sample.point));
-        return;
+impl<'a> Counter<'a> {
+    fn new(probe: &'a dyn Probe, expectation: &'a Expectation) -> Self {
+        let middle = vec![0.5; probe.dimensions()];
+        Self {
+            probe,
+            expectation,
+            discrete: probe.space().axes() == 0,
+            has_left_over: probe.left_over(&middle).is_some(),
+            classes: classes(expectation),
+            class_of_leaf: expectation.scales.first().map(|scale| scale.of_leaf.as_slice()),
+            previous: None,
+        }
     }
-    if asked == 0.0 {
-        if has_density_nearby(sampler, domain, sample) {
+
+    fn count(&mut self, draw: &Draw, xi: &[f64], asked: bool, tally: &mut Tally) {
+        let mut class = self.classes - 1;
+        match draw.fate {
+            Fate::Rejected => tally.rejected += 1,
+            Fate::Outside => {
+                let why = || self.probe.look(xi).and_then(|l| l.location.err().map(|why| (l.point, why)));
+                tally
+                    .outside
+                    .add(xi, || why().map_or_else(String::new, |(p, why)| format!("the point {p} {why}")));
+            }
+            Fate::Drawn => {
+                let location = &draw.location;
+                let leaf = self.expectation.partition.leaf_of(location);
+                class = self.class_of_leaf.and_then(|classes| classes[leaf]).unwrap_or(class);
+                tally.per_leaf[leaf] += 1;
+                if draw.density > 0.0 {
+                    tally.inverse[leaf].add(1.0 / draw.density);
+                }
+                for (marginal, counts) in self.expectation.marginals.iter().zip(&mut tally.between_lines) {
+                    let x = location.at[marginal.axis];
+                    counts[marginal.lines.iter().map(|&line| usize::from(line <= x)).sum::<usize>()] += 1;
+                }
+                if self.discrete {
+                    for (counts, m) in tally.remainders.iter_mut().zip(MODULI) {
+                        counts[location.patch % m] += 1;
+                    }
+                }
+                self.judge(draw, xi, asked, tally);
+            }
+        }
+        if let Some(previous) = self.previous.replace(class) {
+            tally.pairs[previous * self.classes + class] += 1;
+        }
+        if self.has_left_over && draw.fate == Fate::Drawn {
+            match self.probe.left_over(xi) {
+                Some(rest) if (0.0..1.0).contains(&rest) => {
+                    tally.left_over[class * CLASSES + (rest * CLASSES as f64) as usize] += 1;
+                }
+                Some(rest) => {
+                    tally.left_over_outside.add(xi, || format!("the variate left over is {rest}"));
+                }
+                None => {}
+            }
+        }
+    }
+
+    /// What the densities say of themselves.
+    fn judge(&self, draw: &Draw, xi: &[f64], asked: bool, tally: &mut Tally) {
+        let density = draw.density;
+        let point = || self.probe.look(xi).map_or_else(String::new, |look| look.point);
+        if !(density.is_finite() && density >= 0.0) {
+            tally.invalid.add(xi, || format!("the density at {} is {density}", point()));
+        } else if density == 0.0 {
+            self.zero(xi, "the density", tally);
+        } else if asked {
+            tally.disagreement.asked += 1;
+            let asked = draw.asked;
+            if !(asked.is_finite() && asked >= 0.0) {
+                tally.invalid.add(xi, || format!("asked for the density at {}, it says {asked}", point()));
+            } else if asked == 0.0 {
+                self.zero(xi, "asked, the density", tally);
+            } else if (density - asked).abs() > SLACK * density {
+                self.disagree(density, asked, xi, tally);
+            }
+        }
+    }
+
+    fn zero(&self, xi: &[f64], what: &str, tally: &mut Tally) {
+        if self.probe.densities_around(xi, BORDER).iter().any(|&d| d > 0.0) {
             tally.on_border += 1;
         } else {
-            tally.unsupported.add(xi, || format!("asked for the density at {:?}, it says 0", sample.point));
+            let point = || self.probe.look(xi).map_or_else(String::new, |look| look.point);
+            tally.unsupported.add(xi, || format!("{what} at {} is 0", point()));
         }
-        return;
     }
-    let slack = 1e-4 * returned;
-    if (returned - asked).abs() <= slack {
-        return;
-    }
-    let (mut low, mut high) = (asked, asked);
-    for p in domain.neighbours(&sample.point, 2.5e-7) {
-        let density = sampler.density(&p);
-        (low, high) = (low.min(density), high.max(density));
-    }
-    let spread = high - low;
-    let excess = (low - spread - returned).max(returned - (high + spread));
-    if !(excess <= slack) {
+
+    /// Where the density returned and the density asked differ by more than the slack, the densities a rounding away say how much of it the rounding of
+    /// the point explains.
+    fn disagree(&self, returned: f64, asked: f64, xi: &[f64], tally: &mut Tally) {
+        let (mut low, mut high) = (asked, asked);
+        for density in self.probe.densities_around(xi, 2.5e-7) {
+            (low, high) = (low.min(density), high.max(density));
+        }
+        let spread = high - low;
+        let excess = (low - spread - returned).max(returned - (high + spread));
+        if excess <= SLACK * returned {
+            return;
+        }
         let found = &mut tally.disagreement;
         found.wrong += 1;
         let relative = (returned / asked).max(asked / returned) - 1.0;
         if relative > found.worst {
             found.worst = relative;
-            let what =
-                format!("{returned:e} came with the point {:?}, where asking gives {asked:e}", sample.point);
+            let point = self.probe.look(xi).map_or_else(String::new, |look| look.point);
+            let what = format!("{returned:e} came with the point {point}, where asking gives {asked:e}");
             found.example = Some(Offence { xi: xi.to_vec(), what });
         }
     }
 }
+
+/// Relative difference of densities that nobody minds.
+const SLACK: f64 = 1e-4;

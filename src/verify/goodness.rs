@@ -1,0 +1,281 @@
+//! Counts against expected counts, at several scales.
+//!
+//! Pearson's X^2 = sum (O - E)^2 / E over cells of about equal expected mass. At each scale
+//! - cells that expect fewer than [`LEAST`] samples are pooled, and the pool is a cell like the others, or is tested exactly
+//!   (binomial) if it expects few samples itself;
+//! - rejected samples are a cell: they expect 1 minus the integral of the density;
+//! - errors of the expected counts lower the statistic before it fails anybody: sqrt(X^2) is a norm of (O - E) / sqrt E, so
+//!   the true one is at least sqrt(X^2) - sqrt(sum (n err)^2 / E).
+//!
+//! Where every cell expects [`PLENTY`] samples or more, the log-likelihood ratio G is tested beside it: it sees emptied cells better. And of all the leaves,
+//! however few samples they expect, the one whose count is least likely is tested exactly (binomial, times the number of leaves): a crowd in a place of
+//! millionths of the mass.
+//!
+//! A discrete domain with more entries than cells is also counted by the remainder of the index, so that entries which lie between each other (a table
+//! that reaches only every second one) don't hide in one cell.
+//!
+//! Coarse cells see a slight error over much of the mass, fine ones a strong error in a small place; their p-values are corrected together.
+
+use super::check::{Case, Check, Rests};
+use super::expectation::{Expectation, LEAST, MODULI, Mass};
+use super::finding::{Evidence, Finding, Verdict};
+use super::map::CellFigure;
+use super::tally::Tally;
+use crate::domain::{Cell, Space};
+use crate::statistics::{binomial, chi_square};
+
+const CHECK: &str = "chi-square";
+/// An error of a mass, absolute, that leaves an exact test conclusive.
+const NARROW: f64 = 1e-4;
+/// The chi-square approximation of G is a few percent off at 30 samples a cell (Williams 1976), and not to be seen from here on.
+const PLENTY: f64 = 100.0;
+
+pub(super) struct GoodnessOfFit;
+
+impl Check for GoodnessOfFit {
+    fn name(&self) -> &'static str {
+        CHECK
+    }
+
+    fn about(&self) -> &'static str {
+        "counts in cells of equal mass, at several scales, against the integral of the density (X^2, G, exact tests of rare cells)"
+    }
+
+    fn rests(&self) -> Rests {
+        Rests::ExpectedCounts
+    }
+
+    fn run(&self, case: &Case<'_>) -> Vec<Finding> {
+        findings(case)
+    }
+}
+
+/// What a cell counted and should have.
+#[derive(Clone, Copy, Debug, Default)]
+struct Count {
+    observed: u64,
+    mass: f64,
+    error: f64,
+}
+
+impl Count {
+    fn new(observed: u64, mass: Mass) -> Self {
+        Self { observed, mass: mass.value, error: mass.error }
+    }
+
+    /// What the error of the expected count can add to the statistic of `n` samples, at most.
+    fn slack(&self, n: f64) -> f64 {
+        n * self.error.powi(2) / self.mass
+    }
+}
+
+fn findings(case: &Case<'_>) -> Vec<Finding> {
+    let (expectation, tally) = (case.expectation, case.tally);
+    let n = tally.samples as f64;
+    if !(expectation.total.value.is_finite() && expectation.total.error.is_finite()) {
+        let detail = "the density has no finite integral to expect counts from";
+        return vec![Finding::certain(CHECK, Verdict::Inconclusive, detail)];
+    }
+    let rejected = Count::new(tally.rejected, expectation.rejected());
+    let (mut findings, mut separately) = (Vec::new(), Vec::new());
+    // A rejected mass that is all quadrature error is no cell: the exact test knows what to do with an interval.
+    let rejected_is_cell = rejected.mass * n >= LEAST && rejected.slack(n) < 0.5;
+    if !rejected_is_cell {
+        separately.push(("rejected", rejected));
+    }
+    for scale in &expectation.scales {
+        let (masses, pool) = expectation.masses_at(scale);
+        let (observed, in_pool) = observed(scale, tally);
+        let mut counts: Vec<Count> = observed.iter().zip(masses).map(|(&o, m)| Count::new(o, m)).collect();
+        let pool = Count::new(in_pool, pool);
+        if rejected_is_cell {
+            counts.push(rejected);
+        }
+        if pool.mass * n >= LEAST {
+            counts.push(pool);
+        } else if pool.observed > 0 || pool.mass > 0.0 {
+            separately.push(("pool of light cells", pool));
+        }
+        if counts.len() < 2 {
+            continue;
+        }
+        findings.push(pearson(&counts, n));
+        if counts.iter().all(|c| c.mass * n >= PLENTY) {
+            findings.push(likelihood_ratio(&counts, n));
+        }
+    }
+    let asked = findings.len();
+    let remainders = expectation.remainders.iter().zip(&tally.remainders);
+    for (modulus, (masses, observed)) in MODULI.into_iter().zip(remainders) {
+        let counts: Vec<Count> = masses
+            .iter()
+            .zip(observed)
+            .map(|(&mass, &observed)| Count { observed, mass, error: 0.0 })
+            .collect();
+        if counts.iter().all(|c| c.mass * n >= LEAST) && rejected.mass * n < LEAST {
+            findings.push(pearson(&counts, n).part(format!("index modulo {modulus}")));
+        }
+    }
+    findings.extend(least_likely_leaf(case));
+    // The light cells of two scales often are the same ones.
+    separately
+        .dedup_by(|a, b| (a.0, a.1.observed, a.1.mass.to_bits()) == (b.0, b.1.observed, b.1.mass.to_bits()));
+    findings.extend(separately.into_iter().map(|(what, count)| exact(what, count, tally.samples)));
+    if asked == 0 {
+        findings.push(nothing_to_compare(case));
+    }
+    findings
+}
+
+fn nothing_to_compare(case: &Case<'_>) -> Finding {
+    let (space, samples) = (case.probe.space(), case.tally.samples);
+    let (verdict, detail) = if space.axes() == 0 && space.patches() == 1 {
+        (Verdict::Pass, "there is only one entry to choose".to_owned())
+    } else if case.tally.rejected == samples {
+        (Verdict::Inconclusive, "every sample was rejected: there is nothing to judge".to_owned())
+    } else {
+        (Verdict::Inconclusive, format!("{samples} samples are too few: no two cells expect {LEAST} of them"))
+    };
+    Finding::certain(CHECK, verdict, detail)
+}
+
+/// Counts of the cells of a scale, and of its pool.
+pub(super) fn observed(scale: &crate::domain::Groups, tally: &Tally) -> (Vec<u64>, u64) {
+    let (mut counts, mut pool) = (vec![0; scale.cells.len()], 0);
+    for (count, group) in tally.per_leaf.iter().zip(&scale.of_leaf) {
+        *group.map_or(&mut pool, |g| &mut counts[g]) += count;
+    }
+    (counts, pool)
+}
+
+/// The cells of the finest scale; what has no place (rejected samples, the pool of light cells); and the cell of each leaf, `None` in the pool.
+pub(super) fn figures(
+    space: &dyn Space,
+    expectation: &Expectation,
+    tally: &Tally,
+) -> (Vec<CellFigure>, Vec<CellFigure>, Vec<Option<usize>>) {
+    let n = tally.samples as f64;
+    let nowhere = |place: &str, observed: u64, mass: f64| CellFigure {
+        cell: Cell { patches: 0..0, low: [0.0; 2], high: [0.0; 2] },
+        place: place.to_owned(),
+        observed,
+        expected: mass * n,
+        samples: tally.samples,
+    };
+    let mut elsewhere = vec![nowhere("rejected", tally.rejected, expectation.rejected().value)];
+    let Some(finest) = expectation.scales.last() else {
+        return (Vec::new(), elsewhere, vec![None; tally.per_leaf.len()]);
+    };
+    let ((masses, pool), (observed, in_pool)) = (expectation.masses_at(finest), observed(finest, tally));
+    let cells = finest.cells.iter().zip(masses).zip(observed).map(|((cell, mass), observed)| CellFigure {
+        cell: cell.clone(),
+        place: space.describe(cell),
+        observed,
+        expected: mass.value * n,
+        samples: tally.samples,
+    });
+    if in_pool > 0 || pool.value > 0.0 {
+        elsewhere.push(nowhere("the pool of light cells", in_pool, pool.value));
+    }
+    (cells.collect(), elsewhere, finest.of_leaf.clone())
+}
+
+fn pearson(counts: &[Count], n: f64) -> Finding {
+    let statistic = counts.iter().map(|c| (c.observed as f64 - n * c.mass).powi(2) / (n * c.mass)).sum();
+    judge("X^2", statistic, counts, n).part(format!("{} cells", counts.len()))
+}
+
+/// G = 2 sum O ln(O / E) + E - O.
+fn likelihood_ratio(counts: &[Count], n: f64) -> Finding {
+    let statistic = counts.iter().map(|c| deviance(c.observed as f64, n * c.mass)).sum();
+    judge("G", statistic, counts, n).part(format!("{} cells, G", counts.len()))
+}
+
+fn deviance(observed: f64, expected: f64) -> f64 {
+    2.0 * if observed > 0.0 { observed * (observed / expected).ln() + expected - observed } else { expected }
+}
+
+fn judge(name: &str, statistic: f64, counts: &[Count], n: f64) -> Finding {
+    let df = counts.len() as f64 - 1.0;
+    let slack: f64 = counts.iter().map(|c| c.slack(n)).sum();
+    let lowered = (statistic.max(0.0).sqrt() - slack.sqrt()).max(0.0).powi(2);
+    let tail = |x: f64| chi_square::sf(x, df).unwrap_or(f64::NAN);
+    let figures = format!("{name} = {statistic:.1} at {df} degrees of freedom");
+    if slack > (2.0 * df).sqrt() {
+        let evidence = match tail(lowered) {
+            // Wrong even after the largest possible error is taken off.
+            conservative if conservative < 1e-6 => Evidence::Chance { p: tail(statistic), conservative },
+            _ => Evidence::Certain(Verdict::Inconclusive),
+        };
+        let detail = format!(
+            "{figures}, but errors of the expected counts alone may make it {slack:.1}; if the density jumps, say along which lines (knots)"
+        );
+        return Finding::new(CHECK, evidence, detail);
+    }
+    let evidence = Evidence::Chance { p: tail(statistic), conservative: tail(lowered) };
+    Finding::new(CHECK, evidence, figures)
+}
+
+/// Of all leaves the one whose count is least likely, exactly.
+fn least_likely_leaf(case: &Case<'_>) -> Option<Finding> {
+    let (leaves, tally) = (&case.expectation.leaves, case.tally);
+    let n = tally.samples as f64;
+    let surprise = |leaf: usize| {
+        let (observed, mass) = (tally.per_leaf[leaf] as f64, leaves[leaf]);
+        // The nearest count that the error of the mass allows.
+        let near = observed.clamp(n * (mass.value - mass.error).max(0.0), n * (mass.value + mass.error));
+        if observed == near { 0.0 } else { deviance(observed, near.max(1e-300)) }
+    };
+    let worst = (0..leaves.len()).max_by(|&a, &b| surprise(a).total_cmp(&surprise(b)))?;
+    if leaves.len() < 2 {
+        return None;
+    }
+    let count =
+        Count { observed: tally.per_leaf[worst], mass: leaves[worst].value, error: leaves[worst].error };
+    let mut finding = exact("least likely leaf", count, tally.samples);
+    if let Evidence::Chance { p, conservative } = &mut finding.evidence {
+        // Bonferroni over the leaves.
+        for p in [p, conservative] {
+            *p = (*p * leaves.len() as f64).min(1.0);
+        }
+    }
+    let place = case.probe.space().describe(&case.expectation.partition.leaves()[worst]);
+    finding.detail = format!("{}, at {place}; the worst of {} leaves", finding.detail, leaves.len());
+    let level = 1e-5 / leaves.len() as f64;
+    Some(
+        finding.sees(format!(
+            "{} samples where none are expected",
+            (1..)
+                .find(|&k| binomial::upper_tail(k, tally.samples, 1e-3 / n).is_ok_and(|p| p < level))
+                .unwrap_or(1)
+        )),
+    )
+}
+
+/// The exact test of one count whose probability is known to lie in an interval.
+fn exact(what: &str, count: Count, samples: u64) -> Finding {
+    let n = samples as f64;
+    let test = |mass: f64| {
+        let mass = mass.clamp(0.0, 1.0);
+        binomial::two_sided(count.observed, samples, mass).unwrap_or(f64::NAN)
+    };
+    let (low, high) = (count.mass - count.error, count.mass + count.error);
+    let share = count.observed as f64 / n;
+    let conservative = if share > high {
+        test(high)
+    } else if share < low {
+        test(low)
+    } else {
+        1.0
+    };
+    let conservative = conservative.max(test(count.mass));
+    // Between the ends of a narrow interval nobody can tell and nobody needs to: mass below its width is not claimed to be seen.
+    let p = if count.error <= NARROW { conservative } else { test(count.mass) };
+    let detail = format!(
+        "{} samples where {:.3} +- {:.1e} were expected (exact binomial)",
+        count.observed,
+        n * count.mass,
+        n * count.error
+    );
+    Finding::new(CHECK, Evidence::Chance { p, conservative }, detail).part(what)
+}

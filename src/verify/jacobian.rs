@@ -1,0 +1,323 @@
+//! The change-of-variables identity: density x |det d point / d xi| = 1, at single points, by differences.
+//!
+//! If several variates lead to a point, density = sum of weight / |det| over them. A sampler may list them
+//! ([`Sampler::preimages`](crate::sampler::Sampler::preimages)); otherwise others are looked for when the identity fails with one.
+//!
+//! Derivatives are central differences of fourth order, (8 (f(h) - f(-h)) - (f(2h) - f(-2h))) / 12 h (Abramowitz and Stegun 25.3.6). The step halves from
+//! 1/32 down; truncation falls as h^4 while the rounding of an `f32` point grows as 1/h, and the step is the one at which three in a row agree best
+//! (after Ridders, Adv. Eng. Softw. 4, 1982). Their difference is the error. A place where no step settles has a jump or a kink within reach, and is
+//! skipped and counted. Variates are on a lattice of 2^-20, so that steps are exact in `f32`; a sampler that takes `f64` simply settles at a smaller step.
+
+use super::check::{Case, Check, Rests};
+use super::expectation::Expectation;
+use super::finding::{Evidence, Finding, Verdict};
+use super::probe::Probe;
+use crate::domain::Location;
+use crate::random::{fill_unit, stream};
+use crate::sampler::Preimage;
+use std::collections::HashMap;
+
+const PLACES: usize = 384;
+const LATTICE: f64 = 1_048_576.0;
+/// Variates keep this far from 0 and 1, for the differences to have room.
+const ROOM: f64 = 1.0 / 64.0;
+const LARGEST_STEP: f64 = 1.0 / 32.0;
+const STEPS: usize = 28;
+/// A place answers if the relative error of its identity is below this.
+const ACCURATE: f64 = 3e-4;
+/// Relative difference that is no rounding of an `f32` density.
+const TOLERANCE: f64 = 5e-4;
+/// Fewer answers than this say nothing.
+const ENOUGH: usize = 16;
+/// Samples among which other preimages are looked for.
+const BANK: usize = 1 << 16;
+
+pub(super) struct JacobianIdentity;
+
+impl Check for JacobianIdentity {
+    fn name(&self) -> &'static str {
+        "jacobian"
+    }
+
+    fn about(&self) -> &'static str {
+        "density x |det d point / d xi| = 1, point by point"
+    }
+
+    fn rests(&self) -> Rests {
+        Rests::NoCounts
+    }
+
+    fn run(&self, case: &Case<'_>) -> Vec<Finding> {
+        let probe = case.probe;
+        let (axes, dimensions) = (probe.space().axes(), probe.dimensions());
+        if axes == 0 || dimensions < axes {
+            return Vec::new();
+        }
+        let mut rng = stream(case.settings.seed, "jacobian", 0);
+        let mut xi = vec![0.0; dimensions];
+        let (mut answered, mut unsettled, mut wrong) = (0_usize, 0_usize, Vec::new());
+        let mut bank = None;
+        for _ in 0..PLACES {
+            fill_unit(&mut rng, &mut xi);
+            xi.iter_mut().for_each(|x| *x = (LATTICE * (ROOM + (1.0 - 2.0 * ROOM) * *x)).floor() / LATTICE);
+            let Some(look) = probe.look(&xi) else { continue };
+            let Ok(location) = look.location else { continue };
+            if probe.space().is_atom(location.patch) || !(look.asked > 0.0) {
+                continue;
+            }
+            match identity(probe, case.expectation, &xi, &location, look.asked, &mut bank) {
+                Answer::Unlisted => return Vec::new(),
+                Answer::Unsettled => unsettled += 1,
+                Answer::Product { value, error } => {
+                    answered += 1;
+                    if (value - 1.0).abs() > TOLERANCE + 3.0 * error {
+                        wrong.push((value, look.point, xi.clone()));
+                    }
+                }
+            }
+        }
+        let skipped = format!("{unsettled} places skipped, where differences don't settle");
+        if answered < ENOUGH {
+            let detail = format!("only {answered} places answer; {skipped}");
+            return vec![Finding::new(self.name(), Evidence::Unanswered, detail)];
+        }
+        // The most frequent size of the error says more than the largest.
+        wrong.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let finding = match wrong.get(wrong.len() / 2) {
+            Some((value, point, xi)) if wrong.len() >= 2 => Finding::certain(
+                self.name(),
+                Verdict::Fail,
+                format!(
+                    "density x |det d point / d xi| is not 1 at {} of {answered} places; its median there is {value:.5}, at {point} (xi = {xi:?}); {skipped}",
+                    wrong.len()
+                ),
+            ),
+            _ => Finding::certain(
+                self.name(),
+                Verdict::Pass,
+                format!("density x |det d point / d xi| = 1 at {answered} places; {skipped}"),
+            ),
+        };
+        // Two of the places must be hit: P(fewer) = 1% at a mean of 6.64.
+        let share = (6.64 / answered as f64).min(1.0);
+        vec![finding.sees(format!(
+            "a relative error of {:.1e} over {:.1}% of the variates",
+            TOLERANCE + 3.0 * ACCURATE,
+            100.0 * share
+        ))]
+    }
+}
+
+enum Answer {
+    /// The sampler takes more variates than there are axes, and doesn't say which of them select.
+    Unlisted,
+    /// No step is small enough for truncation and large enough for rounding.
+    Unsettled,
+    Product {
+        value: f64,
+        error: f64,
+    },
+}
+
+fn identity(
+    probe: &dyn Probe,
+    expectation: &Expectation,
+    xi: &[f64],
+    location: &Location,
+    density: f64,
+    bank: &mut Option<Bank>,
+) -> Answer {
+    let axes = probe.space().axes();
+    if let Some(preimages) = probe.preimages(xi) {
+        return sum(probe, density, &preimages);
+    }
+    if probe.dimensions() != axes {
+        return Answer::Unlisted;
+    }
+    let here = Preimage { xi: xi.to_vec(), selecting: 0, weight: 1.0 };
+    let answer = sum(probe, density, std::slice::from_ref(&here));
+    let Answer::Product { value, error } = answer else { return answer };
+    if (value - 1.0).abs() <= TOLERANCE + 3.0 * error {
+        return answer;
+    }
+    // Before anything is called wrong: do other variates lead here?
+    let bank = bank.get_or_insert_with(|| Bank::new(probe, expectation));
+    match bank.others(probe, expectation, xi, location) {
+        Some(mut others) => {
+            others.push(here);
+            sum(probe, density, &others)
+        }
+        None => Answer::Unsettled,
+    }
+}
+
+/// density / (sum of weight / |det|).
+fn sum(probe: &dyn Probe, density: f64, preimages: &[Preimage]) -> Answer {
+    let (mut total, mut total_error) = (0.0, 0.0);
+    for preimage in preimages {
+        let Some((determinant, error)) = determinant(probe, &preimage.xi, preimage.selecting) else {
+            return Answer::Unsettled;
+        };
+        let part = preimage.weight / determinant;
+        total += part;
+        total_error += part * error;
+    }
+    let error = total_error / total;
+    if !(error <= ACCURATE) {
+        return Answer::Unsettled;
+    }
+    Answer::Product { value: density / total, error }
+}
+
+/// |det d point / d xi| over the variates behind the selecting ones, and its relative error.
+fn determinant(probe: &dyn Probe, xi: &[f64], selecting: usize) -> Option<(f64, f64)> {
+    let axes = probe.space().axes();
+    let room = xi[selecting..selecting + axes].iter().fold(1.0_f64, |room, &x| room.min(x).min(1.0 - x));
+    let mut step = LARGEST_STEP;
+    let mut last: [Option<f64>; 2] = [None; 2];
+    let mut best: Option<(f64, f64)> = None;
+    for _ in 0..STEPS {
+        if 2.0 * step < room {
+            let now = difference(probe, xi, selecting, axes, step);
+            if let ([Some(older), Some(old)], Some(now)) = (last, now) {
+                let error = (older - old).abs().max((old - now).abs()) / old.abs();
+                if best.is_none_or(|(_, least)| error < least) {
+                    best = Some((old.abs(), error));
+                }
+                if error < 1e-6 {
+                    break;
+                }
+            }
+            last = [last[1], now];
+        }
+        step *= 0.5;
+    }
+    best.filter(|(value, error)| *value > 0.0 && *error <= 10.0 * ACCURATE)
+}
+
+/// The determinant of the central differences at one step.
+fn difference(probe: &dyn Probe, xi: &[f64], selecting: usize, axes: usize, step: f64) -> Option<f64> {
+    let mut moved = xi.to_vec();
+    let mut columns = [[0.0; 2]; 2];
+    for (axis, column) in columns.iter_mut().enumerate().take(axes) {
+        let variate = selecting + axis;
+        let mut at = |factor: f64| {
+            moved[variate] = xi[variate] + factor * step;
+            let displacement = probe.displacement(xi, &moved);
+            moved[variate] = xi[variate];
+            displacement
+        };
+        let (near, back, far, far_back) = (at(1.0)?, at(-1.0)?, at(2.0)?, at(-2.0)?);
+        for i in 0..2 {
+            column[i] = (8.0 * (near[i] - back[i]) - (far[i] - far_back[i])) / (12.0 * step);
+        }
+    }
+    let determinant =
+        if axes == 1 { columns[0][0] } else { columns[0][0] * columns[1][1] - columns[0][1] * columns[1][0] };
+    determinant.is_finite().then_some(determinant)
+}
+
+/// Samples by the leaf that they fall into, to look for other preimages of a point.
+struct Bank(HashMap<usize, Vec<Vec<f64>>>);
+
+impl Bank {
+    fn new(probe: &dyn Probe, expectation: &Expectation) -> Self {
+        let mut rng = stream(0, "preimages", 0);
+        let mut bank: HashMap<usize, Vec<Vec<f64>>> = HashMap::new();
+        let mut xi = vec![0.0; probe.dimensions()];
+        let mut found = Vec::new();
+        for _ in 0..BANK {
+            fill_unit(&mut rng, &mut xi);
+            found.clear();
+            probe.locate(&xi, &mut found);
+            if let Some(location) = found.first() {
+                bank.entry(expectation.partition.leaf_of(location)).or_default().push(xi.clone());
+            }
+        }
+        Self(bank)
+    }
+
+    /// The other variates that lead to the sample of `xi`; `None` if there may be some that Newton's method can't reach.
+    fn others(
+        &self,
+        probe: &dyn Probe,
+        expectation: &Expectation,
+        xi: &[f64],
+        location: &Location,
+    ) -> Option<Vec<Preimage>> {
+        const APART: f64 = 0.02;
+        let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > APART);
+        let mut found: Vec<Preimage> = Vec::new();
+        let mut unclear = false;
+        for start in self.0.get(&expectation.partition.leaf_of(location)).into_iter().flatten().take(64) {
+            if !apart(start, xi) || found.iter().any(|other| !apart(start, &other.xi)) {
+                continue;
+            }
+            match newton(probe, xi, start) {
+                Newton::Found(other) if apart(&other, xi) => {
+                    if found.iter().all(|known| apart(&other, &known.xi)) {
+                        found.push(Preimage { xi: other, selecting: 0, weight: 1.0 });
+                    }
+                }
+                Newton::Found(_) | Newton::Left => {}
+                Newton::Lost => unclear = true,
+            }
+        }
+        (!unclear).then_some(found)
+    }
+}
+
+enum Newton {
+    Found(Vec<f64>),
+    /// The solution lies outside of the unit cube.
+    Left,
+    Lost,
+}
+
+/// Variates near `start` whose sample is the sample of `target`.
+fn newton(probe: &dyn Probe, target: &[f64], start: &[f64]) -> Newton {
+    let axes = probe.space().axes();
+    let mut xi = start.to_vec();
+    let mut distance = f64::INFINITY;
+    for _ in 0..30 {
+        let Some(miss) = probe.displacement(target, &xi) else { return Newton::Lost };
+        distance = miss[0].hypot(miss[1]);
+        if distance < 1e-6 {
+            return Newton::Found(xi);
+        }
+        let step = 2.0_f64.powi(-12);
+        let mut columns = [[0.0; 2]; 2];
+        for (axis, column) in columns.iter_mut().enumerate().take(axes) {
+            let (mut ahead, mut behind) = (xi.clone(), xi.clone());
+            ahead[axis] = (xi[axis] + step).min(1.0 - 1e-9);
+            behind[axis] = (xi[axis] - step).max(0.0);
+            let width = ahead[axis] - behind[axis];
+            let ends = probe.displacement(target, &ahead).zip(probe.displacement(target, &behind));
+            let Some((a, b)) = ends else { return Newton::Lost };
+            *column = [0, 1].map(|i| (a[i] - b[i]) / width);
+        }
+        let move_by = if axes == 1 {
+            [-miss[0] / columns[0][0], 0.0]
+        } else {
+            let [a, b] = columns;
+            let determinant = a[0] * b[1] - b[0] * a[1];
+            [
+                -(miss[0] * b[1] - b[0] * miss[1]) / determinant,
+                -(a[0] * miss[1] - miss[0] * a[1]) / determinant,
+            ]
+        };
+        if !move_by.iter().all(|x| x.is_finite()) {
+            return Newton::Lost;
+        }
+        let mut outside = false;
+        for axis in 0..axes {
+            let wanted = xi[axis] + move_by[axis].clamp(-0.1, 0.1);
+            outside |= !(-1e-3..=1.0 + 1e-3).contains(&wanted);
+            xi[axis] = wanted.clamp(0.0, 1.0 - 1e-9);
+        }
+        if outside {
+            return Newton::Left;
+        }
+    }
+    if distance < 1e-4 { Newton::Found(xi) } else { Newton::Lost }
+}

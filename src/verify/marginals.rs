@@ -1,0 +1,100 @@
+//! Distribution functions: Kolmogorov-Smirnov and Anderson-Darling on the marginals and on Rosenblatt's transform.
+//!
+//! The tree of cells gives a transform to one uniform variate: U = the mass of all leaves before the sample's (Rosenblatt 1952, with the tree's
+//! order in place of the coordinates'; for an interval it is the CDF itself). It is known at the leaves' borders, so both statistics are those of grouped data.
+//! The marginal along an axis of the chart is known at the lines that [`Expectation`](super::expectation::Expectation) lays across it. A slow drift
+//! over many cells, each slightly off in the same direction, shows here before it shows in a sum of squares.
+
+use super::check::{Case, Check, Rests};
+use super::finding::{Evidence, Finding};
+use crate::statistics::{anderson_darling, kolmogorov};
+
+pub(super) struct Marginals;
+
+impl Check for Marginals {
+    fn name(&self) -> &'static str {
+        "distribution"
+    }
+
+    fn about(&self) -> &'static str {
+        "distribution functions of the marginals and of Rosenblatt's transform (Kolmogorov-Smirnov, Anderson-Darling)"
+    }
+
+    fn rests(&self) -> Rests {
+        Rests::ExpectedCounts
+    }
+
+    fn run(&self, case: &Case<'_>) -> Vec<Finding> {
+        let (expectation, tally) = (case.expectation, case.tally);
+        let total = expectation.total;
+        if !(total.value.is_finite() && total.error.is_finite()) || expectation.leaves.len() < 2 {
+            return Vec::new();
+        }
+        let n = tally.samples;
+        let rejected = expectation.rejected().value;
+        // What lies outside is its own failure; here it would only confuse the counts.
+        if n == 0 || tally.outside.count > 0 || tally.rejected == n || total.value - total.error > 1.0 + 1e-5
+        {
+            return Vec::new();
+        }
+        let mut findings = Vec::new();
+        let mut masses = expectation.masses();
+        masses.push(rejected);
+        let mut counts = tally.per_leaf.clone();
+        counts.push(tally.rejected);
+        let scale: f64 = masses.iter().sum();
+        masses.iter_mut().for_each(|m| *m = m.max(0.0) / scale);
+        let error = total.error + 1e-6;
+        // With mass at the last step only, there is no order to speak of.
+        if case.probe.space().axes() > 0 || expectation.leaves.len() > 16 {
+            findings.extend(kolmogorov_smirnov(self.name(), "Rosenblatt, KS", &counts, &masses, error, n));
+            findings.extend(anderson(self.name(), "Rosenblatt, AD", &counts, &masses, error));
+        }
+        for (marginal, between) in expectation.marginals.iter().zip(&tally.between_lines) {
+            let mut error = error;
+            let mut borders = vec![0.0];
+            for below in &marginal.below {
+                borders.push(below.value.max(*borders.last().unwrap_or(&0.0)));
+                error = error.max(below.error);
+            }
+            borders.push(total.value.max(*borders.last().unwrap_or(&0.0)));
+            let mut masses: Vec<f64> = borders.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            masses.push(rejected);
+            let scale: f64 = masses.iter().sum();
+            masses.iter_mut().for_each(|m| *m /= scale);
+            let mut counts = between.clone();
+            counts.push(tally.rejected);
+            let part = format!("axis {}, KS", marginal.axis);
+            findings.extend(kolmogorov_smirnov(self.name(), &part, &counts, &masses, error, n));
+        }
+        findings
+    }
+}
+
+fn kolmogorov_smirnov(
+    check: &'static str,
+    part: &str,
+    counts: &[u64],
+    masses: &[f64],
+    error: f64,
+    n: u64,
+) -> Option<Finding> {
+    let figure = kolmogorov::grouped(counts, masses, error).ok()?;
+    let detail = format!("D = {:.2e}, {} groups", figure.statistic, counts.len());
+    // 1 - e^(-2 n d^2), twice: the critical distance at a level of 1e-5, and one standard deviation of 1/2 sqrt n thrice beyond it.
+    let sees = ((2e5_f64.ln() / (2.0 * n as f64)).sqrt() + 1.2 / (n as f64).sqrt()) + error;
+    Some(
+        Finding::new(check, Evidence::Chance { p: figure.p, conservative: figure.p_conservative }, detail)
+            .part(part)
+            .sees(format!("{:.2}% of the samples on the wrong side of a line", 100.0 * sees)),
+    )
+}
+
+fn anderson(check: &'static str, part: &str, counts: &[u64], masses: &[f64], error: f64) -> Option<Finding> {
+    let figure = anderson_darling::grouped(counts, masses, error).ok()?;
+    let detail = format!("A^2 = {:.2}, {} groups", figure.statistic, counts.len());
+    Some(
+        Finding::new(check, Evidence::Chance { p: figure.p, conservative: figure.p_conservative }, detail)
+            .part(part),
+    )
+}

@@ -1,0 +1,252 @@
+//! A sampler as the checks see it: variates in, locations and densities out, whatever its points are.
+//!
+//! The checks are compiled once, against [`Probe`]; only the loops of this file, where samples are drawn, are compiled for every sampler.
+
+use crate::domain::{Cell, Domain, Knots, Location, Space};
+use crate::sampler::{PointOf, Preimage, Sampler};
+
+/// What became of one set of variates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Fate {
+    Rejected,
+    Outside,
+    Drawn,
+}
+
+/// One sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Draw {
+    pub fate: Fate,
+    pub location: Location,
+    /// The density that came with it.
+    pub density: f64,
+    /// The density that asking for its point gives, where it was asked.
+    pub asked: f64,
+}
+
+impl Draw {
+    fn without_point(fate: Fate) -> Self {
+        Self { fate, location: Location { patch: 0, at: [0.0; 2] }, density: 0.0, asked: 0.0 }
+    }
+}
+
+/// One sample looked at closely.
+pub(super) struct Look {
+    /// The point, for people.
+    pub point: String,
+    pub location: Result<Location, String>,
+    pub density: f64,
+    pub asked: f64,
+}
+
+/// How well an inverse inverts.
+pub(super) struct RoundTrip {
+    /// What the inverse gives.
+    pub xi: Vec<f64>,
+    /// Distance from the point to the point of those variates, as a displacement; infinite if there is none.
+    pub distance: f64,
+    pub point: String,
+}
+
+/// A function whose integral over the domain is known.
+pub(super) struct Known<P> {
+    pub name: String,
+    pub function: Box<dyn Fn(&P) -> f64 + Send + Sync>,
+    pub integral: f64,
+}
+
+/// A named function of a point.
+pub(super) type Named<P> = (String, Box<dyn Fn(&P) -> f64 + Send + Sync>);
+
+/// What the person who verifies says beside the sampler.
+pub(super) struct Extras<P> {
+    pub target: Option<Box<dyn Fn(&P) -> f64 + Send + Sync>>,
+    pub known: Vec<Known<P>>,
+    pub rivals: Vec<Named<P>>,
+}
+
+impl<P> Default for Extras<P> {
+    fn default() -> Self {
+        Self { target: None, known: Vec::new(), rivals: Vec::new() }
+    }
+}
+
+/// What the checks ask.
+pub(super) trait Probe: Sync {
+    fn space(&self) -> &dyn Space;
+    fn space_for_keeps(&self) -> Box<dyn Space>;
+    fn dimensions(&self) -> usize;
+    fn knots(&self) -> &Knots;
+    fn variate_knots(&self, dimension: usize) -> Vec<f64>;
+    /// A sample for every `dimensions` of the variates into `out`; every `ask`-th is asked for its density again. The values f / density of the
+    /// functions with known integrals go to `values`, as many for each sample as there are functions.
+    fn draw(&self, xi: &[f64], ask: usize, out: &mut Vec<Draw>, values: &mut Vec<f64>);
+    /// Only where the samples fall.
+    fn locate(&self, xi: &[f64], out: &mut Vec<Location>);
+    fn look(&self, xi: &[f64]) -> Option<Look>;
+    /// Density and Jacobian of the chart.
+    fn density_at(&self, patch: usize, at: [f64; 2]) -> (f64, f64);
+    fn describe(&self, patch: usize, at: [f64; 2]) -> String;
+    /// The densities a step of `epsilon` around the sample of `xi`.
+    fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64>;
+    /// The displacement from the sample of one set of variates to that of another.
+    fn displacement(&self, from: &[f64], to: &[f64]) -> Option<[f64; 2]>;
+    /// All preimages of the sample of `xi`, if the sampler lists them.
+    fn preimages(&self, xi: &[f64]) -> Option<Vec<Preimage>>;
+    fn round_trip(&self, xi: &[f64]) -> Option<RoundTrip>;
+    fn left_over(&self, xi: &[f64]) -> Option<f64>;
+    fn cell_mass(&self, cell: &Cell) -> Option<f64>;
+    fn target_at(&self, patch: usize, at: [f64; 2]) -> Option<f64>;
+    /// Names and integrals of the functions with known integrals.
+    fn known(&self) -> Vec<(&str, f64)>;
+    /// Names and values of the densities that a mistaken copy may have.
+    fn rivals_at(&self, patch: usize, at: [f64; 2]) -> Vec<(String, f64)>;
+}
+
+/// The one [`Probe`] there is.
+pub(super) struct Subject<'a, S: Sampler> {
+    sampler: &'a S,
+    domain: S::Domain,
+    knots: Knots,
+    dimensions: usize,
+    extras: &'a Extras<PointOf<S>>,
+}
+
+impl<'a, S: Sampler> Subject<'a, S> {
+    pub fn new(sampler: &'a S, extras: &'a Extras<PointOf<S>>) -> Self {
+        Self {
+            domain: sampler.domain(),
+            knots: sampler.knots(),
+            dimensions: sampler.dimensions(),
+            sampler,
+            extras,
+        }
+    }
+
+    fn each<'x>(&self, xi: &'x [f64]) -> impl Iterator<Item = &'x [f64]> {
+        // A sampler without variates has one sample, and a chunk can't be empty.
+        xi.chunks_exact(self.dimensions.max(1))
+    }
+}
+
+impl<S: Sampler> Probe for Subject<'_, S> {
+    fn space(&self) -> &dyn Space {
+        &self.domain
+    }
+
+    fn space_for_keeps(&self) -> Box<dyn Space> {
+        Box::new(self.domain.clone())
+    }
+
+    fn dimensions(&self) -> usize {
+        self.dimensions
+    }
+
+    fn knots(&self) -> &Knots {
+        &self.knots
+    }
+
+    fn variate_knots(&self, dimension: usize) -> Vec<f64> {
+        self.sampler.variate_knots(dimension)
+    }
+
+    fn draw(&self, xi: &[f64], ask: usize, out: &mut Vec<Draw>, values: &mut Vec<f64>) {
+        out.clear();
+        values.clear();
+        for (i, xi) in self.each(xi).enumerate() {
+            let draw = match self.sampler.sample(xi) {
+                None => Draw::without_point(Fate::Rejected),
+                Some(sample) => {
+                    let asked = if i % ask == 0 { self.sampler.density(&sample.point) } else { 0.0 };
+                    for known in &self.extras.known {
+                        values.push((known.function)(&sample.point) / sample.density);
+                    }
+                    match self.domain.locate(&sample.point) {
+                        Ok(location) => Draw { fate: Fate::Drawn, location, density: sample.density, asked },
+                        Err(_) => Draw::without_point(Fate::Outside),
+                    }
+                }
+            };
+            out.push(draw);
+            values.resize(out.len() * self.extras.known.len(), 0.0); // rejected: f counts as 0
+        }
+    }
+
+    fn locate(&self, xi: &[f64], out: &mut Vec<Location>) {
+        let located = |xi| self.domain.locate(&self.sampler.sample(xi)?.point).ok();
+        out.extend(self.each(xi).filter_map(located));
+    }
+
+    fn look(&self, xi: &[f64]) -> Option<Look> {
+        let sample = self.sampler.sample(xi)?;
+        Some(Look {
+            point: format!("{:?}", sample.point),
+            location: self.domain.locate(&sample.point).map_err(|why| why.0),
+            density: sample.density,
+            asked: self.sampler.density(&sample.point),
+        })
+    }
+
+    fn density_at(&self, patch: usize, at: [f64; 2]) -> (f64, f64) {
+        let (point, jacobian) = self.domain.point(patch, at);
+        (self.sampler.density(&point), jacobian)
+    }
+
+    fn describe(&self, patch: usize, at: [f64; 2]) -> String {
+        format!("{:?}", self.domain.point(patch, at).0)
+    }
+
+    fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64> {
+        let Some(sample) = self.sampler.sample(xi) else { return Vec::new() };
+        let neighbours = self.domain.neighbours(&sample.point, epsilon);
+        neighbours.iter().map(|p| self.sampler.density(p)).collect()
+    }
+
+    fn displacement(&self, from: &[f64], to: &[f64]) -> Option<[f64; 2]> {
+        self.domain.displacement(&self.sampler.sample(from)?.point, &self.sampler.sample(to)?.point)
+    }
+
+    fn preimages(&self, xi: &[f64]) -> Option<Vec<Preimage>> {
+        self.sampler.preimages(&self.sampler.sample(xi)?.point)
+    }
+
+    fn round_trip(&self, xi: &[f64]) -> Option<RoundTrip> {
+        let point = self.sampler.sample(xi)?.point;
+        let inverse = self.sampler.invert(&point)?;
+        let inside: Vec<f64> =
+            inverse.iter().map(|x| x.clamp(0.0, crate::random::ONE_MINUS_EPSILON_F64)).collect();
+        let again = if inverse.len() == self.dimensions { self.sampler.sample(&inside) } else { None };
+        let distance = again.map_or(f64::INFINITY, |again| {
+            if self.domain.axes() == 0 {
+                let patch = |p| self.domain.locate(p).map(|l| l.patch).ok();
+                return if patch(&again.point) == patch(&point) { 0.0 } else { f64::INFINITY };
+            }
+            let step = self.domain.displacement(&point, &again.point);
+            step.map_or(f64::INFINITY, |[a, b]| a.hypot(b))
+        });
+        Some(RoundTrip { xi: inverse, distance, point: format!("{point:?}") })
+    }
+
+    fn left_over(&self, xi: &[f64]) -> Option<f64> {
+        self.sampler.left_over(xi)
+    }
+
+    fn cell_mass(&self, cell: &Cell) -> Option<f64> {
+        self.sampler.cell_mass(cell)
+    }
+
+    fn target_at(&self, patch: usize, at: [f64; 2]) -> Option<f64> {
+        let target = self.extras.target.as_ref()?;
+        Some(target(&self.domain.point(patch, at).0))
+    }
+
+    fn known(&self) -> Vec<(&str, f64)> {
+        self.extras.known.iter().map(|k| (k.name.as_str(), k.integral)).collect()
+    }
+
+    fn rivals_at(&self, patch: usize, at: [f64; 2]) -> Vec<(String, f64)> {
+        let point = self.domain.point(patch, at).0;
+        let own = self.sampler.rivals(&point).into_iter().map(|(name, value)| (name.to_owned(), value));
+        own.chain(self.extras.rivals.iter().map(|(name, f)| (name.clone(), f(&point)))).collect()
+    }
+}

@@ -1,0 +1,74 @@
+//! Samples repeat no more often than rounding explains: a sampler that uses 8 or 16 bits of its variates has few points.
+//!
+//! Among N samples there are N (N - 1) / 2 pairs. Two agree to the last bit with the probability of the lattice of 24-bit variates, 2^-24, or that of
+//! falling into one rounding cell of an `f32` point, which is its measure times the mean density; the number of pairs that agree is then about Poisson (the
+//! birthday problem). More is too few distinct values.
+
+use super::check::{Case, Check, Rests};
+use super::finding::{Evidence, Finding};
+use super::probe::Fate;
+use crate::random::{fill_unit, stream};
+use crate::statistics::poisson;
+
+const SAMPLES: usize = 1 << 14;
+/// Sides of a rounding cell of an `f32` point of size 1; generous.
+const ROUNDING: f64 = 2.4e-7;
+
+pub(super) struct Repeats;
+
+impl Check for Repeats {
+    fn name(&self) -> &'static str {
+        "repeats"
+    }
+
+    fn about(&self) -> &'static str {
+        "no more equal points than 24-bit variates and rounding explain"
+    }
+
+    fn rests(&self) -> Rests {
+        Rests::Counts
+    }
+
+    fn run(&self, case: &Case<'_>) -> Vec<Finding> {
+        let (probe, space) = (case.probe, case.probe.space());
+        if space.axes() == 0 {
+            return Vec::new();
+        }
+        let mut rng = stream(case.settings.seed, "repeats", 0);
+        let mut xi = vec![0.0; probe.dimensions().max(1) * SAMPLES];
+        fill_unit(&mut rng, &mut xi);
+        let mut draws = Vec::new();
+        probe.draw(&xi, usize::MAX, &mut draws, &mut Vec::new());
+        draws.retain(|d| d.fate == Fate::Drawn && !space.is_atom(d.location.patch) && d.density.is_finite());
+        let n = draws.len() as f64;
+        if n < 2.0 {
+            return Vec::new();
+        }
+        let density = draws.iter().map(|d| d.density).sum::<f64>() / n;
+        let mut keys: Vec<[u64; 3]> = draws
+            .iter()
+            .map(|d| [d.location.patch as u64, d.location.at[0].to_bits(), d.location.at[1].to_bits()])
+            .collect();
+        keys.sort_unstable();
+        let equal: u64 =
+            keys.chunk_by(|a, b| a == b).map(|run| (run.len() as u64 * (run.len() as u64 - 1)) / 2).sum();
+        let pairs = 0.5 * n * (n - 1.0);
+        let cell = ROUNDING.powi(space.axes() as i32);
+        // Points are as large as the domain, as far as that is known.
+        let measure = space.measure();
+        let scale = if measure.is_finite() { measure.max(1.0) } else { 1.0 };
+        let mean = pairs * ((cell * scale * density).min(1.0) + 2.0_f64.powi(-24));
+        let p = if equal == 0 { 1.0 } else { poisson::upper_tail(equal, mean).unwrap_or(f64::NAN) };
+        let distinct = if equal > 0 {
+            format!(", as if there were {:.0} values", pairs / equal as f64)
+        } else {
+            String::new()
+        };
+        let detail =
+            format!("{equal} pairs of {n} samples are equal to the last bit, {mean:.1} may be{distinct}");
+        vec![
+            Finding::new(self.name(), Evidence::Chance { p, conservative: p }, detail)
+                .sees(format!("fewer than {:.0} distinct values", pairs / (mean + 5.0 * mean.sqrt() + 20.0))),
+        ]
+    }
+}

@@ -1,0 +1,114 @@
+//! Samples lie where the density is positive; the density is positive wherever the target is.
+
+use super::check::{Case, Check, Rests};
+use super::finding::{Evidence, Finding, Verdict};
+use crate::domain::Cell;
+
+/// Samples on the edge of a support may be rounded across it; more than this share is no rounding.
+const BORDER_SHARE: f64 = 1e-4;
+/// How far inside of a cell its corners are looked at, as a share of the cell: on the border itself two pieces of code need not agree
+/// which texel they are in.
+const INSIDE: f64 = 1e-3;
+
+pub(super) struct Support;
+
+impl Check for Support {
+    fn name(&self) -> &'static str {
+        "support"
+    }
+
+    fn about(&self) -> &'static str {
+        "no sample outside of the domain or where the density is 0; density wherever the target is positive"
+    }
+
+    fn rests(&self) -> Rests {
+        Rests::NoCounts
+    }
+
+    fn run(&self, case: &Case<'_>) -> Vec<Finding> {
+        let mut findings = vec![samples(self.name(), case)];
+        findings.extend(target(self.name(), case));
+        findings
+    }
+}
+
+/// Samples outside of the domain, without density or with an impossible one.
+fn samples(check: &'static str, case: &Case<'_>) -> Finding {
+    let tally = case.tally;
+    for (offences, what) in [
+        (&tally.outside, "are outside of the domain"),
+        (&tally.invalid, "have an impossible density"),
+        (&tally.unsupported, "are where the density is 0"),
+        (&tally.left_over_outside, "leave over a variate outside of [0, 1)"),
+    ] {
+        if let Some(first) = &offences.first {
+            let detail = format!(
+                "{} of {} samples {what}; the first: {} (xi = {:?})",
+                offences.count, tally.samples, first.what, first.xi
+            );
+            return Finding::certain(check, Verdict::Fail, detail);
+        }
+    }
+    let share = tally.on_border as f64 / tally.samples.max(1) as f64;
+    let (verdict, border) = match tally.on_border {
+        0 => (Verdict::Pass, String::new()),
+        n if share <= BORDER_SHARE => (Verdict::Pass, format!(", {n} of them a rounding beyond its border")),
+        n => (
+            Verdict::Fail,
+            format!(", but {n} of them have the density 0 on a border: too many for rounding"),
+        ),
+    };
+    Finding::certain(
+        check,
+        verdict,
+        format!("all {} samples lie where the density is positive{border}", tally.samples - tally.rejected),
+    )
+    .sees(format!(
+        "samples without density if they are {:.0e} or more of all",
+        4.6 / tally.samples.max(1) as f64
+    ))
+}
+
+/// The middle and the corners of a cell, slightly inside.
+fn places(cell: &Cell, axes: usize) -> impl Iterator<Item = [f64; 2]> {
+    let along = |axis: usize| {
+        let (low, high) = (cell.low[axis], cell.high[axis]);
+        let margin = INSIDE * (high - low);
+        if axis < axes { vec![low + margin, 0.5 * (low + high), high - margin] } else { vec![0.0] }
+    };
+    let (first, second) = (along(0), along(1));
+    first.into_iter().flat_map(move |a| second.clone().into_iter().map(move |b| [a, b]))
+}
+
+fn target(check: &'static str, case: &Case<'_>) -> Option<Finding> {
+    const PATCHES: usize = 64;
+    let (probe, axes) = (case.probe, case.probe.space().axes());
+    probe.target_at(0, [0.5; 2])?;
+    let mut looked = 0_u64;
+    for cell in case.expectation.partition.leaves() {
+        // Of a cell of many patches some, evenly.
+        let step = cell.patches.len().div_ceil(PATCHES).max(1);
+        for patch in cell.patches.clone().step_by(step) {
+            for at in places(cell, axes) {
+                looked += 1;
+                let (target, (density, jacobian)) =
+                    (probe.target_at(patch, at)?, probe.density_at(patch, at));
+                if target > 0.0 && !(density > 0.0) && jacobian > 0.0 {
+                    let point = probe.describe(patch, at);
+                    let detail = format!(
+                        "the target at {point} is {target}, the density {density}: what is there can't be sampled"
+                    );
+                    return Some(Finding::certain(check, Verdict::Fail, detail).part("target"));
+                }
+                if target.is_nan() {
+                    let detail = format!("the target at {} is NaN", probe.describe(patch, at));
+                    return Some(
+                        Finding::new(check, Evidence::Certain(Verdict::Inconclusive), detail).part("target"),
+                    );
+                }
+            }
+        }
+    }
+    let detail = format!("there is density wherever the target is positive, at {looked} places");
+    Some(Finding::certain(check, Verdict::Pass, detail).part("target"))
+}
