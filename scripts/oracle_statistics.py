@@ -271,9 +271,67 @@ def anderson_darling():
     write("anderson_darling_simulated", "z,n,hits,trials", rows)
 
 
+def ln_rising():
+    """ln[Gamma(a + n) / (Gamma(a) a^n)], by log-gamma at many digits and, where n is small, by the sum as a check."""
+    rows = []
+    with mp.workdps(80):
+        for a in [1e-300, 1e-12, 1e-3, 0.3, 0.999, 1, 1.7, 15.99, 16, 250.5, 1e4, 1234567.8, 1e9, 1e12]:
+            for n in [0, 1, 2, 3, 17, 1000, 10**6, 10**9, 10**12]:
+                A = mpf(a)
+                R = mp.loggamma(A + n) - mp.loggamma(A) - n * mp.log(A)
+                if n <= 1000:
+                    assert abs(R - sum(mp.log1p(j / A) for j in range(n))) < mpf(10) ** -50
+                rows.append((float(a), n, digits(R) if n > 1 else "0"))
+    write("ln_rising", "a,n,value", rows)
+
+
+def e_process():
+    """ln e by the log-gamma functions themselves, and the largest likelihood within the errors by a search in lambda.
+
+    Columns: case, total of the cells, ln e, conservative ln e; the cases are spelled out in tests/statistics.rs too.
+    """
+    rows = []
+    with mp.workdps(80):
+        for case in range(12):
+            m = [2, 3, 5, 40][case % 4]
+            weights = [(1 + (7 * i + 3 * case) % 11) for i in range(m)]
+            p = [float(w) / float(sum(weights)) for w in weights]
+            size = 10 ** (2 + 3 * (case // 4))
+            counts = [int(size * q * (1 + 0.01 * ((5 * i + case) % 7 - 3))) for i, q in enumerate(p)]
+            error = [1e-6, 1e-3, 3e-2][case % 3]
+            errors = [error * q for q in p]
+            total = sum(map(mpf, p))
+            q = [mpf(x) / total for x in p]
+            N = sum(counts)
+            terms = []
+            for j in range(1, 13):
+                k = mpf(10) ** j
+                t = mp.loggamma(k) - mp.loggamma(k + N)
+                t += sum(mp.loggamma(k * x + n) - mp.loggamma(k * x) for x, n in zip(q, counts))
+                terms.append(t)
+            top = max(terms)
+            numerator = top + mp.log(sum(mp.exp(t - top) for t in terms) / 12)
+            ln_e = numerator - sum(n * mp.log(x) for x, n in zip(q, counts))
+            low = [max(mpf(0), mpf(a) - mpf(b)) for a, b in zip(p, errors)]
+            high = [mpf(a) + mpf(b) for a, b in zip(p, errors)]
+            best = lambda lam: [min(max(n / lam, l), h) for n, l, h in zip(counts, low, high)]
+            below, above = mpf(1), mpf(10) ** 30
+            for _ in range(400):
+                middle = mp.sqrt(below * above)
+                if sum(best(middle)) > 1:
+                    below = middle
+                else:
+                    above = middle
+            inside = best(above)
+            assert abs(sum(inside) - 1) < mpf(10) ** -40
+            conservative = numerator - sum(n * mp.log(x) for x, n in zip(inside, counts))
+            rows.append((case, N, digits(ln_e), digits(conservative)))
+    write("e_process", "case,total,ln_e,ln_e_conservative", rows)
+
+
 if __name__ == "__main__":
     import sys
 
-    for table in [normal, chi_square, student_t, poisson, noncentral, binomial, anderson_darling, kolmogorov]:
+    for table in [normal, chi_square, student_t, poisson, noncentral, binomial, anderson_darling, kolmogorov, ln_rising, e_process]:
         if len(sys.argv) < 2 or table.__name__ in sys.argv[1:]:
             table()

@@ -8,6 +8,7 @@
 //! | question | file |
 //! | --- | --- |
 //! | do counts fit expected counts? what would the test have caught? | [`chi_square`] |
+//! | do counts fit, looked at as often as one likes? | [`e_process`] |
 //! | is a count of hits right, exactly? | [`binomial`], [`poisson`] |
 //! | are values uniform? do two samples agree? | [`kolmogorov`], [`anderson_darling`] |
 //! | do two means agree? | [`welch`] |
@@ -19,6 +20,7 @@ pub mod anderson_darling;
 pub mod beta;
 pub mod binomial;
 pub mod chi_square;
+pub mod e_process;
 mod error;
 pub mod gamma;
 pub mod kolmogorov;
