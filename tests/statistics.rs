@@ -3,6 +3,8 @@
 
 #[path = "statistics/e_process.rs"]
 mod e_process;
+#[path = "statistics/grouped.rs"]
+mod grouped;
 
 use proptest::prelude::*;
 use rand_distr::{Binomial, Distribution};
@@ -13,7 +15,7 @@ use warpcheck::statistics::{
 };
 
 /// Counts of `n` samples of known cell masses, cell after cell.
-fn multinomial(n: u64, p: &[f64], rng: &mut impl rand::Rng) -> Vec<u64> {
+fn multinomial(n: u64, p: &[f64], rng: &mut impl Rng) -> Vec<u64> {
     let (mut left, mut mass) = (n, 1.0);
     p.iter()
         .map(|&p| {

@@ -7,10 +7,10 @@
 //!
 //! | question | file |
 //! | --- | --- |
-//! | do counts fit expected counts? what would the test have caught? | [`chi_square`] |
+//! | do counts fit expected counts, or other counts? what would the test have caught? | [`chi_square`] |
 //! | do counts fit, looked at as often as one likes? | [`e_process`] |
 //! | is a count of hits right, exactly? | [`binomial`], [`poisson`] |
-//! | are values uniform? do two samples agree? | [`kolmogorov`], [`anderson_darling`] |
+//! | are values uniform, known one by one or in groups? do two samples agree? | [`kolmogorov`], [`anderson_darling`] |
 //! | do two means agree? | [`welch`] |
 //! | how much is a p-value worth among many? | [`multiplicity`] |
 //! | how to add without losing bits | [`CompensatedSum`], [`Moments`] |
@@ -23,6 +23,7 @@ pub mod chi_square;
 pub mod e_process;
 mod error;
 pub mod gamma;
+mod grouped;
 pub mod kolmogorov;
 pub mod multiplicity;
 mod noncentral_chi_square;
