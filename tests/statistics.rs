@@ -5,6 +5,8 @@
 mod e_process;
 #[path = "statistics/grouped.rs"]
 mod grouped;
+#[path = "statistics/mean.rs"]
+mod mean;
 
 use proptest::prelude::*;
 use rand_distr::{Binomial, Distribution};
@@ -527,6 +529,9 @@ proptest! {
         prop_assert_eq!(merged.count(), all.count());
         prop_assert!((merged.mean() - all.mean()).abs() < 1e-10);
         prop_assert!((merged.variance().unwrap() - all.variance().unwrap()).abs() < 1e-8);
+        prop_assert!((merged.skewness().unwrap() - all.skewness().unwrap()).abs() < 1e-7);
+        prop_assert!((merged.kurtosis().unwrap() - all.kurtosis().unwrap()).abs() < 1e-7);
+        prop_assert_eq!((merged.smallest(), merged.largest()), (all.smallest(), all.largest()));
     }
 
     #[test]
