@@ -63,6 +63,10 @@ fn describe(cell: &Cell, theta_range: f64) -> String {
 }
 
 impl Space for Sphere {
+    fn embed(&self, location: &Location) -> [f64; 3] {
+        self.point(0, location.at).0.into()
+    }
+
     fn cell_measure(&self, cell: &Cell) -> f64 {
         solid_angle(cell, PI)
     }
@@ -132,6 +136,10 @@ impl Domain for Sphere {
 }
 
 impl Space for Hemisphere {
+    fn embed(&self, location: &Location) -> [f64; 3] {
+        self.point(0, location.at).0.into()
+    }
+
     fn cell_measure(&self, cell: &Cell) -> f64 {
         solid_angle(cell, FRAC_PI_2)
     }

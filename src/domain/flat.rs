@@ -206,6 +206,11 @@ impl Domain for Square {
 pub struct Disk;
 
 impl Space for Disk {
+    fn embed(&self, location: &Location) -> [f64; 3] {
+        let p = self.point(0, location.at).0;
+        [p.x, p.y, 0.0]
+    }
+
     fn cell_measure(&self, cell: &Cell) -> f64 {
         let ([a, from], [b, to]) = (cell.low, cell.high);
         0.5 * (b - a) * (b + a) * (to - from) * TAU

@@ -74,6 +74,11 @@ pub trait Space: Debug + Send + Sync + 'static {
         self.axes() == 0
     }
 
+    /// A place in space for a location, such that near locations are near. Unless told, patches lie side by side.
+    fn embed(&self, location: &Location) -> [f64; 3] {
+        [2.0 * location.patch as f64, location.at[0], location.at[1]]
+    }
+
     /// The measure of a cell, in closed form; may be infinite.
     fn cell_measure(&self, cell: &Cell) -> f64;
 

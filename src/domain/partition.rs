@@ -193,6 +193,11 @@ impl Partition {
         cuts
     }
 
+    /// Every cell of the tree, from the whole domain down to the leaves, with the leaves that it holds.
+    pub fn nodes(&self) -> impl Iterator<Item = (&Cell, Range<usize>)> {
+        self.nodes.iter().map(|node| (&node.cell, node.leaves.clone()))
+    }
+
     /// The leaf that holds a location.
     #[inline]
     pub fn leaf_of(&self, location: &Location) -> usize {

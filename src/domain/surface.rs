@@ -84,10 +84,11 @@ fn part_of_area(cell: &Cell) -> f64 {
     (b - a) * (b + a) * (to - from)
 }
 
-/// Two barycentric coordinates are affine in the plane: their determinant is area up to a constant.
+/// Two barycentric coordinates are affine in the plane: their determinant is area up to a constant, which both get a root of.
 fn barycentric_step(area: f64, from: DVec3, to: DVec3) -> Option<[f64; 2]> {
     let step = to - from;
-    step.is_finite().then_some([2.0 * area * step.y, step.z])
+    let scale = (2.0 * area).sqrt();
+    step.is_finite().then_some([scale * step.y, scale * step.z])
 }
 
 fn locate(b: DVec3) -> Result<[f64; 2], Outside> {
@@ -103,6 +104,10 @@ fn locate(b: DVec3) -> Result<[f64; 2], Outside> {
 }
 
 impl Space for Triangle {
+    fn embed(&self, location: &Location) -> [f64; 3] {
+        chart(self.area, location.at).0.into()
+    }
+
     fn cell_measure(&self, cell: &Cell) -> f64 {
         self.area * part_of_area(cell)
     }

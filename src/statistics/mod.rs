@@ -38,5 +38,5 @@ mod sum;
 pub mod welch;
 
 pub use error::Error;
-pub use moments::{MeanTest, Moments, Verdict};
+pub use moments::{MeanTest, Moments, Trust};
 pub use sum::CompensatedSum;

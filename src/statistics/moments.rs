@@ -11,7 +11,7 @@
 //!
 //! Of a long-tailed distribution, a sample has not seen the values that matter for the mean, and doesn't know it. Two
 //! measures: z is that of a sample with two more values as far out as the farthest, both on the side that brings
-//! the mean closer; and no verdict is given where the farthest value holds more than 1/50 of S_2 or 1/10 of S_4. The share of
+//! the mean closer; and no trust is given where the farthest value holds more than 1/50 of S_2 or 1/10 of S_4. The share of
 //! S_p doesn't vanish with n if the p-th moment is infinite (O'Brien, J. Appl. Probab. 17, 1980), so that tails
 //! x^(-a) with a below 4 are out. What is rarer than 1/n leaves no trace in any sample.
 
@@ -161,12 +161,12 @@ impl Moments {
     /// No values; values that are not finite; an `expected` that is not finite; an `error` that is negative or NaN.
     ///
     /// ```
-    /// use warpcheck::statistics::{Moments, Verdict};
+    /// use warpcheck::statistics::{Moments, Trust};
     /// let moments: Moments = (0..10_000).map(|i| f64::from(i * 7919 % 10_000) / 1e4).collect();
     /// let right = moments.mean_test(0.5, 1e-4)?;
-    /// assert!(right.verdict == Verdict::Trusted && right.p > 0.9);
+    /// assert!(right.trust == Trust::Trusted && right.p > 0.9);
     /// let wrong = moments.mean_test(0.52, 1e-4)?;
-    /// assert!(wrong.verdict.is_trusted() && wrong.p_conservative < 1e-9);
+    /// assert!(wrong.trust.is_trusted() && wrong.p_conservative < 1e-9);
     /// # Ok::<(), warpcheck::statistics::Error>(())
     /// ```
     pub fn mean_test(&self, expected: f64, error: f64) -> Result<MeanTest, Error> {
@@ -186,13 +186,13 @@ impl Moments {
             let p = |off: f64| if difference.abs() <= off { 1.0 } else { 0.0 };
             let (p, p_conservative) = (p(rounding), p(rounding + error));
             let few = self.count < LEAST;
-            let verdict = match () {
-                () if few => Verdict::TooFew,
-                () if p_conservative == 0.0 => Verdict::Constant,
-                () => Verdict::Trusted,
+            let trust = match () {
+                () if few => Trust::TooFew,
+                () if p_conservative == 0.0 => Trust::Constant,
+                () => Trust::Trusted,
             };
             let z = if p == 1.0 { 0.0 } else { difference.signum() * f64::INFINITY };
-            return Ok(MeanTest { z, skewness: 0.0, p, p_conservative, verdict });
+            return Ok(MeanTest { z, skewness: 0.0, p, p_conservative, trust });
         }
         let share = (farthest / scale).powi(2);
         let fourth_share = farthest.powi(4) / self.fourths;
@@ -208,16 +208,16 @@ impl Moments {
             (p, z > furthest_z)
         };
         let ((p, bounded), (p_conservative, _)) = (at(rounding), at(rounding + error));
-        let verdict = if self.count < LEAST {
-            Verdict::TooFew
+        let trust = if self.count < LEAST {
+            Trust::TooFew
         } else if !(share <= SHARE[0] && fourth_share <= SHARE[1]) {
-            Verdict::HeavyTailed
+            Trust::HeavyTailed
         } else if bounded {
-            Verdict::Bounded
+            Trust::Bounded
         } else {
-            Verdict::Trusted
+            Trust::Trusted
         };
-        Ok(MeanTest { z: difference / scale * root, skewness, p, p_conservative, verdict })
+        Ok(MeanTest { z: difference / scale * root, skewness, p, p_conservative, trust })
     }
 }
 
@@ -243,18 +243,18 @@ pub struct MeanTest {
     pub z: f64,
     /// Skewness of the mean: that of the values over sqrt(n).
     pub skewness: f64,
-    /// Probability of a |z| at least this large if the expected value is right, for what it is worth by `verdict`.
+    /// Probability of a |z| at least this large if the expected value is right, for what it is worth by `trust`.
     pub p: f64,
     /// The same, if the expected value is right within its error.
     pub p_conservative: f64,
     /// Whether the sample is fit for the question.
-    pub verdict: Verdict,
+    pub trust: Trust,
 }
 
 /// Whether a p-value of a mean can be believed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Verdict {
+pub enum Trust {
     /// Nothing speaks against it.
     Trusted,
     /// The mean is so far off that the expansion of the tail may not hold there: p is an upper bound, that of the last
@@ -269,7 +269,7 @@ pub enum Verdict {
     Constant,
 }
 
-impl Verdict {
+impl Trust {
     /// Whether p is a p-value.
     pub fn is_trusted(self) -> bool {
         matches!(self, Self::Trusted | Self::Bounded)

@@ -38,7 +38,7 @@ pub(super) trait Check: Sync {
 }
 
 /// All checks, in the order in which they are reported.
-pub(super) const BATTERY: [&dyn Check; 11] = [
+pub(super) const BATTERY: [&dyn Check; 12] = [
     &super::edges::Edges,
     &super::support::Support,
     &super::agreement::Agreement,
@@ -46,6 +46,7 @@ pub(super) const BATTERY: [&dyn Check; 11] = [
     &super::jacobian::JacobianIdentity,
     &super::round_trip::RoundTripIdentity,
     &super::goodness::GoodnessOfFit,
+    &super::scan::Scan,
     &super::marginals::Marginals,
     &super::weights::Weights,
     &super::independence::Independence,

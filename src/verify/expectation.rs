@@ -23,7 +23,7 @@ const UNSEEN: f64 = 8.0;
 /// Cells that expect fewer samples are pooled (Cochran 1954 has 5 as the usual bound).
 pub(super) const LEAST: f64 = 8.0;
 /// Numbers of cells that the scales aim at; the finest ones are there only if there are samples for them.
-const SCALES: [usize; 5] = [16, 128, 1024, 8192, 65536];
+const SCALES: [usize; 6] = [16, 48, 192, 1024, 8192, 65536];
 /// Below this many samples a cell a finer scale is not worth a test of its own.
 const WORTH: f64 = 100.0;
 /// Lines across each axis whose marginal distribution is tested; domains of more patches have none.
@@ -78,12 +78,15 @@ impl Expectation {
         // An error t of all cells, at worst, adds n t^2 to the chi-square statistic: keep that well below its spread.
         let relative_tolerance = (0.5 / (samples as f64).sqrt()).clamp(1e-6, 1e-3);
         let integrator = Integrator { relative_tolerance, absolute_tolerance: 1e-9, max_evaluations: 20_000 };
-        let integrate = |partition: &Partition, leaf: usize, cell: &Cell| {
+        let integrate = |integrator: Integrator, partition: &Partition, leaf: usize, cell: &Cell| {
             let grading = partition.grading(leaf);
             integrator.integrate_chart(space, cell, knots, &grading, &|patch, at| probe.density_at(patch, at))
         };
-        let whole =
-            |partition: &Partition, leaf: usize| integrate(partition, leaf, &partition.leaves()[leaf]);
+        // The parts that a line cuts off need no such care: their errors are taken off a distance, not summed up.
+        let rough = Integrator { relative_tolerance: 1e-4, absolute_tolerance: 1e-9, max_evaluations: 400 };
+        let whole = |partition: &Partition, leaf: usize| {
+            integrate(integrator, partition, leaf, &partition.leaves()[leaf])
+        };
         let mut leaves = crate::parallel::map(partition.leaves().len(), |leaf| whole(&partition, leaf));
         let mut unseen = 0.0;
         if leaves.iter().any(|leaf| leaf.zeros > 0) {
@@ -97,7 +100,7 @@ impl Expectation {
         let below = |axis: usize, line: f64| {
             mass_below(&partition, &leaves, axis, line, |leaf, cell| match probe.cell_mass(cell) {
                 Some(value) => Integral { value, ..Integral::default() },
-                None => integrate(&partition, leaf, cell),
+                None => integrate(rough, &partition, leaf, cell),
             })
         };
         let marginals = lines

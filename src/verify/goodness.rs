@@ -7,9 +7,9 @@
 //! - errors of the expected counts lower the statistic before it fails anybody: sqrt(X^2) is a norm of (O - E) / sqrt E, so
 //!   the true one is at least sqrt(X^2) - sqrt(sum (n err)^2 / E).
 //!
-//! Where every cell expects [`PLENTY`] samples or more, the log-likelihood ratio G is tested beside it: it sees emptied cells better. And of all the leaves,
-//! however few samples they expect, the one whose count is least likely is tested exactly (binomial, times the number of leaves): a crowd in a place of
-//! millionths of the mass.
+//! At the finest scale where every cell expects [`PLENTY`] samples or more, the log-likelihood ratio G is tested beside it: it sees emptied cells better. And of all cells of
+//! the tree, large and small, however few samples they expect, the one whose count is least likely is tested exactly (binomial, times the number of
+//! cells): a crowd in a place of millionths of the mass, and a slight error over some percent of it, wherever its borders are.
 //!
 //! A discrete domain with more entries than cells is also counted by the remainder of the index, so that entries which lie between each other (a table
 //! that reaches only every second one) don't hide in one cell.
@@ -52,14 +52,14 @@ impl Check for GoodnessOfFit {
 
 /// What a cell counted and should have.
 #[derive(Clone, Copy, Debug, Default)]
-struct Count {
-    observed: u64,
-    mass: f64,
-    error: f64,
+pub(super) struct Count {
+    pub observed: u64,
+    pub mass: f64,
+    pub error: f64,
 }
 
 impl Count {
-    fn new(observed: u64, mass: Mass) -> Self {
+    pub fn new(observed: u64, mass: Mass) -> Self {
         Self { observed, mass: mass.value, error: mass.error }
     }
 
@@ -77,7 +77,7 @@ fn findings(case: &Case<'_>) -> Vec<Finding> {
         return vec![Finding::certain(CHECK, Verdict::Inconclusive, detail)];
     }
     let rejected = Count::new(tally.rejected, expectation.rejected());
-    let (mut findings, mut separately) = (Vec::new(), Vec::new());
+    let (mut findings, mut separately, mut finest_with_plenty) = (Vec::new(), Vec::new(), None);
     // A rejected mass that is all quadrature error is no cell: the exact test knows what to do with an interval.
     let rejected_is_cell = rejected.mass * n >= LEAST && rejected.slack(n) < 0.5;
     if !rejected_is_cell {
@@ -101,9 +101,10 @@ fn findings(case: &Case<'_>) -> Vec<Finding> {
         }
         findings.push(pearson(&counts, n));
         if counts.iter().all(|c| c.mass * n >= PLENTY) {
-            findings.push(likelihood_ratio(&counts, n));
+            finest_with_plenty = Some(counts);
         }
     }
+    findings.extend(finest_with_plenty.map(|counts| likelihood_ratio(&counts, n)));
     let asked = findings.len();
     let remainders = expectation.remainders.iter().zip(&tally.remainders);
     for (modulus, (masses, observed)) in MODULI.into_iter().zip(remainders) {
@@ -116,7 +117,7 @@ fn findings(case: &Case<'_>) -> Vec<Finding> {
             findings.push(pearson(&counts, n).part(format!("index modulo {modulus}")));
         }
     }
-    findings.extend(least_likely_leaf(case));
+    findings.extend(least_likely_cell(case));
     // The light cells of two scales often are the same ones.
     separately
         .dedup_by(|a, b| (a.0, a.1.observed, a.1.mass.to_bits()) == (b.0, b.1.observed, b.1.mass.to_bits()));
@@ -216,44 +217,61 @@ fn judge(name: &str, statistic: f64, counts: &[Count], n: f64) -> Finding {
     Finding::new(CHECK, evidence, figures)
 }
 
-/// Of all leaves the one whose count is least likely, exactly.
-fn least_likely_leaf(case: &Case<'_>) -> Option<Finding> {
-    let (leaves, tally) = (&case.expectation.leaves, case.tally);
+/// Of all cells of the tree, from half of the mass down to single leaves, the one whose count is least likely, exactly.
+///
+/// Bonferroni's correction by weight (Rosenthal and Rubin 1983; Genovese, Roeder and Wasserman 2006): every size of cell gets the same part of the
+/// level, which its cells share by their mass; a tenth goes to all cells alike, so that the lightest can answer too.
+fn least_likely_cell(case: &Case<'_>) -> Option<Finding> {
+    const ALIKE: f64 = 0.1;
+    let (expectation, tally) = (case.expectation, case.tally);
     let n = tally.samples as f64;
-    let surprise = |leaf: usize| {
-        let (observed, mass) = (tally.per_leaf[leaf] as f64, leaves[leaf]);
-        // The nearest count that the error of the mass allows.
-        let near = observed.clamp(n * (mass.value - mass.error).max(0.0), n * (mass.value + mass.error));
-        if observed == near { 0.0 } else { deviance(observed, near.max(1e-300)) }
-    };
-    let worst = (0..leaves.len()).max_by(|&a, &b| surprise(a).total_cmp(&surprise(b)))?;
-    if leaves.len() < 2 {
-        return None;
+    let mut before = vec![Count::default()];
+    for (leaf, &observed) in expectation.leaves.iter().zip(&tally.per_leaf) {
+        let last = before[before.len() - 1];
+        before.push(Count {
+            observed: last.observed + observed,
+            mass: last.mass + leaf.value,
+            error: last.error + leaf.error,
+        });
     }
-    let count =
-        Count { observed: tally.per_leaf[worst], mass: leaves[worst].value, error: leaves[worst].error };
-    let mut finding = exact("least likely leaf", count, tally.samples);
+    let cells: Vec<(&Cell, Count)> = (expectation.partition.nodes().skip(1))
+        .map(|(cell, leaves)| {
+            let (a, b) = (before[leaves.start], before[leaves.end]);
+            let observed = b.observed - a.observed;
+            (cell, Count { observed, mass: (b.mass - a.mass).max(0.0), error: b.error - a.error })
+        })
+        .collect();
+    let all: f64 = cells.iter().map(|(_, count)| count.mass).sum();
+    let weight = |count: &Count| (1.0 - ALIKE) * count.mass / all.max(1e-300) + ALIKE / cells.len() as f64;
+    let surprise = |count: &Count| surprise(count, n) + weight(count).ln();
+    let (cell, count) = cells.iter().max_by(|a, b| surprise(&a.1).total_cmp(&surprise(&b.1)))?;
+    let mut finding = exact("least likely cell", *count, tally.samples);
     if let Evidence::Chance { p, conservative } = &mut finding.evidence {
-        // Bonferroni over the leaves.
         for p in [p, conservative] {
-            *p = (*p * leaves.len() as f64).min(1.0);
+            *p = (*p / weight(count)).min(1.0);
         }
     }
-    let place = case.probe.space().describe(&case.expectation.partition.leaves()[worst]);
-    finding.detail = format!("{}, at {place}; the worst of {} leaves", finding.detail, leaves.len());
-    let level = 1e-5 / leaves.len() as f64;
-    Some(
-        finding.sees(format!(
-            "{} samples where none are expected",
-            (1..)
-                .find(|&k| binomial::upper_tail(k, tally.samples, 1e-3 / n).is_ok_and(|p| p < level))
-                .unwrap_or(1)
-        )),
-    )
+    let place = case.probe.space().describe(cell);
+    finding.detail = format!("{}, at {place}; the worst of {} cells", finding.detail, cells.len());
+    let level = 1e-5 * ALIKE / cells.len() as f64;
+    let least =
+        (1..1000).find(|&k| binomial::upper_tail(k, tally.samples, 1e-3 / n).is_ok_and(|p| p < level));
+    Some(finding.sees(format!("{} samples where none are expected", least.unwrap_or(1000))))
+}
+
+/// About -ln p of a count under the nearest mass that its error allows: half of the deviance of the cell and of all else.
+pub(super) fn surprise(count: &Count, n: f64) -> f64 {
+    let observed = count.observed as f64;
+    let near =
+        observed.clamp(n * (count.mass - count.error).max(0.0), n * (count.mass + count.error).max(0.0));
+    if observed == near {
+        return 0.0;
+    }
+    0.5 * (deviance(observed, near.max(1e-300)) + deviance(n - observed, (n - near).max(1e-300)))
 }
 
 /// The exact test of one count whose probability is known to lie in an interval.
-fn exact(what: &str, count: Count, samples: u64) -> Finding {
+pub(super) fn exact(what: &str, count: Count, samples: u64) -> Finding {
     let n = samples as f64;
     let test = |mass: f64| {
         let mass = mass.clamp(0.0, 1.0);

@@ -11,6 +11,7 @@
 //! | jacobian | density x determinant of d point / d xi is 1, point by point |
 //! | round trip | the inverse, where there is one, inverts |
 //! | chi-square | counts against expected counts in cells chosen by the mass, at several scales |
+//! | scan | counts in overlapping windows, wherever the borders of an error lie |
 //! | distribution | distribution functions of the marginals and of Rosenblatt's transform |
 //! | weights | the mean of 1 / density over a cell is its measure |
 //! | independence | consecutive samples, streams, points and left-over variates don't depend on each other |
@@ -38,6 +39,7 @@ mod probe;
 mod repeats;
 mod report;
 mod round_trip;
+mod scan;
 mod sequential;
 mod settings;
 mod support;

@@ -3,8 +3,10 @@
 //! A density that is wrong by the factor 1 + e over the share y of the mass, and right by the same amount too little elsewhere, adds the noncentrality
 //! n e^2 y / (1 - y) to the statistic of a scale whose cells the region fills (Agresti, "Categorical Data Analysis", section 6.6). A region in one piece does not fill the cells on
 //! its border: of the m cells that a compact one covers, along each axis s = m^(1/axes) of them, at worst s - 1 are full and two half, so that
-//! ((s - 1/2) / s)^axes of the noncentrality is left. The scale that sees best counts, at its own share of the level.
+//! ((s - 1/2) / s)^axes of the noncentrality is left. The scale that sees best counts, at its own share of the level, or the [scan](super::scan) if that
+//! sees better.
 
+use super::scan;
 use crate::statistics::chi_square as tail;
 
 /// A relative error of `error` over any `mass` of the distribution, in one piece, would have been caught with probability 0.99.
@@ -29,7 +31,14 @@ pub(super) fn power(axes: usize, scales: &[usize], samples: u64, alpha: f64) -> 
                 Some(needed / filled(axes, mass * cells as f64))
             })
             .min_by(f64::total_cmp)?;
-        Some(Power { mass, error: (best * (1.0 - mass) / (samples as f64 * mass)).sqrt() })
+        let by_cells = (best * (1.0 - mass) / (samples as f64 * mass)).sqrt();
+        let windows = scales.last().is_some_and(|&cells| cells >= scan::PIECES as usize);
+        let by_windows = if windows {
+            scan::detectable(mass, samples as f64, alpha / scan::tests())
+        } else {
+            f64::INFINITY
+        };
+        Some(Power { mass, error: by_cells.min(by_windows) })
     };
     SHARES.into_iter().filter_map(at).collect()
 }

@@ -89,8 +89,8 @@ pub(super) trait Probe: Sync {
     fn describe(&self, patch: usize, at: [f64; 2]) -> String;
     /// The densities a step of `epsilon` around the sample of `xi`.
     fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64>;
-    /// The displacement from the sample of one set of variates to that of another.
-    fn displacement(&self, from: &[f64], to: &[f64]) -> Option<[f64; 2]>;
+    /// The displacement from the sample of one set of variates to that of another, and the density asked at the latter.
+    fn displacement(&self, from: &[f64], to: &[f64]) -> Option<([f64; 2], f64)>;
     /// All preimages of the sample of `xi`, if the sampler lists them.
     fn preimages(&self, xi: &[f64]) -> Option<Vec<Preimage>>;
     fn round_trip(&self, xi: &[f64]) -> Option<RoundTrip>;
@@ -202,8 +202,9 @@ impl<S: Sampler> Probe for Subject<'_, S> {
         neighbours.iter().map(|p| self.sampler.density(p)).collect()
     }
 
-    fn displacement(&self, from: &[f64], to: &[f64]) -> Option<[f64; 2]> {
-        self.domain.displacement(&self.sampler.sample(from)?.point, &self.sampler.sample(to)?.point)
+    fn displacement(&self, from: &[f64], to: &[f64]) -> Option<([f64; 2], f64)> {
+        let (from, to) = (self.sampler.sample(from)?.point, self.sampler.sample(to)?.point);
+        Some((self.domain.displacement(&from, &to)?, self.sampler.density(&to)))
     }
 
     fn preimages(&self, xi: &[f64]) -> Option<Vec<Preimage>> {

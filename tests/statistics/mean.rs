@@ -2,7 +2,7 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use warpcheck::statistics::{Error, Moments, Verdict};
+use warpcheck::statistics::{Error, Moments, Trust};
 
 #[test]
 fn higher_moments_match_exact_sums() {
@@ -29,7 +29,7 @@ fn alarms(runs: u32, n: u32, mean: f64, mut draw: impl FnMut() -> f64) -> (u32, 
     for _ in 0..runs {
         let moments: Moments = (0..n).map(|_| draw()).collect();
         let test = moments.mean_test(mean, 0.0).unwrap();
-        if test.verdict.is_trusted() {
+        if test.trust.is_trusted() {
             trusted += 1;
             alarms[0] += u32::from(test.p <= 1e-2);
             alarms[1] += u32::from(test.p <= 1e-3);
@@ -76,32 +76,32 @@ fn one_percent_is_caught_in_a_million_values() {
     {
         let moments: Moments = values.iter().map(|&u| of(u)).collect();
         let right = moments.mean_test(1.0, 1e-6).unwrap();
-        assert!(right.verdict == Verdict::Trusted && right.p > 1e-4, "{name}: {right:?}");
+        assert!(right.trust == Trust::Trusted && right.p > 1e-4, "{name}: {right:?}");
         let wrong = moments.mean_test(1.01, 1e-4).unwrap();
         println!("{name}: {wrong:?}");
-        assert!(wrong.verdict.is_trusted() && wrong.p_conservative < 1e-15, "{name}: {wrong:?}");
+        assert!(wrong.trust.is_trusted() && wrong.p_conservative < 1e-15, "{name}: {wrong:?}");
         let excused = moments.mean_test(1.01, 0.012).unwrap();
         assert!(excused.p < 1e-15 && excused.p_conservative == 1.0, "{name}: {excused:?}");
         // So far out, only a bound is left.
         let far = moments.mean_test(3.0, 0.0).unwrap();
-        assert!(far.verdict.is_trusted() && far.p < 1e-15, "{name}: {far:?}");
+        assert!(far.trust.is_trusted() && far.p < 1e-15, "{name}: {far:?}");
     }
 }
 
 #[test]
 fn what_a_sample_cannot_tell() {
     let few: Moments = (0..999).map(f64::from).collect();
-    assert_eq!(few.mean_test(0.0, 0.0).unwrap().verdict, Verdict::TooFew);
+    assert_eq!(few.mean_test(0.0, 0.0).unwrap().trust, Trust::TooFew);
     let mut one_large: Moments = (0..100_000).map(|i| f64::from(i % 10)).collect();
-    assert_eq!(one_large.mean_test(4.5, 0.0).unwrap().verdict, Verdict::Trusted);
+    assert_eq!(one_large.mean_test(4.5, 0.0).unwrap().trust, Trust::Trusted);
     one_large.add(1e4);
-    assert_eq!(one_large.mean_test(4.5, 0.0).unwrap().verdict, Verdict::HeavyTailed);
+    assert_eq!(one_large.mean_test(4.5, 0.0).unwrap().trust, Trust::HeavyTailed);
     // Weights that are all the same but for rounding.
     let constant: Moments = (0..100_000).map(|_| 0.1).collect();
     let test = constant.mean_test(0.1, 0.0).unwrap();
-    assert_eq!((test.p, test.p_conservative, test.verdict), (1.0, 1.0, Verdict::Trusted));
+    assert_eq!((test.p, test.p_conservative, test.trust), (1.0, 1.0, Trust::Trusted));
     let test = constant.mean_test(0.2, 0.0).unwrap();
-    assert_eq!((test.p, test.verdict), (0.0, Verdict::Constant));
+    assert_eq!((test.p, test.trust), (0.0, Trust::Constant));
     let rounded: Moments = (1..100_000).map(|i| f64::from(i) * (0.1 / f64::from(i))).collect();
     let test = rounded.mean_test(0.1, 0.0).unwrap();
     assert!(test.p > 0.01, "{test:?}");
@@ -116,6 +116,6 @@ fn what_a_sample_cannot_tell() {
     assert!(few.mean_test(0.0, f64::NAN).is_err());
     for scale in [1e-320, 1e-100, 1e100] {
         let scaled: Moments = (0..2000).map(|i| f64::from(i % 10) * scale).collect();
-        assert!(!scaled.mean_test(5.0 * scale, 0.0).is_ok_and(|test| test.verdict.is_trusted()));
+        assert!(!scaled.mean_test(5.0 * scale, 0.0).is_ok_and(|test| test.trust.is_trusted()));
     }
 }

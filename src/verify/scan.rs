@@ -1,0 +1,140 @@
+//! A scan by windows: is there a place, wherever its borders lie, that gets too many or too few samples?
+//!
+//! Cells see an error well if it fills them. Here windows slide: about each of some hundred centres, the cells nearest to it up to a half, a quarter, … of a
+//! percent of the mass, overlapping freely (Kulldorff, "A spatial scan statistic", Commun. Statist. 26, 1997). They are chosen by the expected masses alone.
+//! The window with the smallest binomial p-value counts, times the number of windows: each size has the same part of the level, and the centres share it.
+
+use super::check::{Case, Check, Rests};
+use super::finding::{Evidence, Finding};
+use super::goodness::{Count, observed, surprise};
+use crate::domain::{Cell, Location, Space};
+use crate::statistics::normal;
+
+/// What windows are put together from: cells of this part of the mass.
+pub(super) const PIECES: f64 = 512.0;
+const CENTRES: usize = 256;
+/// Sizes of windows: 2^-2 to 2^-8 of the mass.
+const SIZES: std::ops::RangeInclusive<i32> = 2..=8;
+/// A window expects this many samples at least.
+const ENOUGH: f64 = 50.0;
+
+pub(super) struct Scan;
+
+impl Check for Scan {
+    fn name(&self) -> &'static str {
+        "scan"
+    }
+
+    fn about(&self) -> &'static str {
+        "overlapping windows of 1/4 to 1/256 of the mass: the one whose count is least likely"
+    }
+
+    fn rests(&self) -> Rests {
+        Rests::ExpectedCounts
+    }
+
+    fn run(&self, case: &Case<'_>) -> Vec<Finding> {
+        scan(self.name(), case).into_iter().collect()
+    }
+}
+
+struct Window {
+    centre: usize,
+    size: i32,
+    count: Count,
+    surprise: f64,
+}
+
+fn scan(check: &'static str, case: &Case<'_>) -> Option<Finding> {
+    let (expectation, tally, space) = (case.expectation, case.tally, case.probe.space());
+    let n = tally.samples as f64;
+    if !(expectation.total.value.is_finite() && expectation.total.error.is_finite()) {
+        return None;
+    }
+    let pieces = expectation.partition.group(&expectation.masses(), 1.0 / PIECES, 0.0);
+    if pieces.cells.len() < 16 {
+        return None;
+    }
+    let (masses, _) = expectation.masses_at(&pieces);
+    let (counts, _) = observed(&pieces, tally);
+    let counts: Vec<Count> = counts.iter().zip(masses).map(|(&o, m)| Count::new(o, m)).collect();
+    let places: Vec<[f64; 3]> = pieces.cells.iter().map(|cell| middle(space, cell)).collect();
+    let step = counts.len().div_ceil(CENTRES);
+    let centres: Vec<usize> = (0..counts.len()).step_by(step).collect();
+    let total: f64 = counts.iter().map(|c| c.mass).sum();
+    let least = |about: usize| -> Option<Window> {
+        let centre = places[about];
+        let mut order: Vec<(f64, usize)> = (places.iter().enumerate())
+            .map(|(i, place)| ((0..3).map(|k| (place[k] - centre[k]).powi(2)).sum::<f64>(), i))
+            .collect();
+        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let mut windows = SIZES.rev().map(|size| (size, total * 2.0_f64.powi(-size))).peekable();
+        let (mut inside, mut best) = (Count::default(), None::<Window>);
+        for (_, piece) in order {
+            inside.observed += counts[piece].observed;
+            inside.mass += counts[piece].mass;
+            inside.error += counts[piece].error;
+            // One heavy piece may reach over several sizes.
+            while let Some(&(size, target)) = windows.peek() {
+                if inside.mass < target {
+                    break;
+                }
+                windows.next();
+                let surprise = surprise(&inside, n);
+                if inside.mass * n >= ENOUGH && best.as_ref().is_none_or(|b| surprise > b.surprise) {
+                    best = Some(Window { centre: about, size, count: inside, surprise });
+                }
+            }
+        }
+        best
+    };
+    let windows = crate::parallel::map(centres.len(), |i| least(centres[i]));
+    let worst = windows.into_iter().flatten().max_by(|a, b| a.surprise.total_cmp(&b.surprise))?;
+    let tests = (centres.len() * SIZES.count()) as f64;
+    let mut finding = super::goodness::exact("", worst.count, tally.samples);
+    if let Evidence::Chance { p, conservative } = &mut finding.evidence {
+        for p in [p, conservative] {
+            *p = (*p * tests).min(1.0);
+        }
+    }
+    finding.check = check;
+    finding.detail = format!(
+        "{} in 1/{} of the mass about {}; the worst of {tests} windows",
+        finding.detail,
+        1 << worst.size,
+        space.describe(&pieces.cells[worst.centre])
+    );
+    let error = detectable(0.05, n, 1e-4 / tests);
+    Some(finding.sees(format!("a relative error of {:.2}% over 5% of the mass in one piece", 100.0 * error)))
+}
+
+/// The relative error over a compact `mass` that some window shows with probability 0.99 at this level.
+///
+/// A window of a third of the region's mass or less fits inside wherever the region lies; one up to its own size covers it to 85% (a disk of equal area on a
+/// square whose centre is off by half a step of the centres).
+pub(super) fn detectable(mass: f64, n: f64, level: f64) -> f64 {
+    let critical = normal::isf((0.5 * level).max(1e-300)).unwrap_or(f64::INFINITY);
+    let needed = critical + 2.33;
+    SIZES
+        .map(|size| 2.0_f64.powi(-size))
+        .filter(|window| window * n >= ENOUGH && *window <= mass)
+        .map(|window| {
+            let inside = if 3.0 * window <= mass { 1.0 } else { 0.85 };
+            // What is too much inside is too little outside.
+            let contrast = (inside - mass) / (1.0 - mass);
+            needed * (1.0 - window).sqrt() / (contrast * (n * window).sqrt())
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Number of windows, at most.
+pub(super) fn tests() -> f64 {
+    (CENTRES * SIZES.count()) as f64
+}
+
+/// A point in the middle of a cell, in coordinates in which distances make sense.
+fn middle(space: &dyn Space, cell: &Cell) -> [f64; 3] {
+    let at = [0, 1].map(|axis| 0.5 * (cell.low[axis] + cell.high[axis]));
+    let patch = (cell.patches.start + cell.patches.end.max(1) - 1) / 2;
+    space.embed(&Location { patch, at })
+}
