@@ -48,6 +48,14 @@ pub fn level(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A time in seconds.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x < 1e9 => Ok(x),
+        _ => Err("must be a positive number of seconds".to_owned()),
+    }
+}
+
 /// The folder of shipped data: as told, beside the working directory, or where the program was built.
 pub fn data_folder(told: Option<&Path>) -> Result<PathBuf> {
     if let Some(folder) = told {

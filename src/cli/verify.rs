@@ -26,6 +26,18 @@ pub struct Arguments {
     /// Probability that a run of right samplers fails, at most
     #[arg(long, default_value = "0.001", value_parser = common::level, allow_negative_numbers = true)]
     alpha: f64,
+    /// Look after every batch and stop as soon as a sampler is known to be wrong (`--samples` is the most to draw)
+    #[arg(long)]
+    anytime: bool,
+    /// Draw for this many seconds per sampler at most
+    #[arg(long, value_name = "SECONDS", value_parser = common::seconds, allow_negative_numbers = true)]
+    time: Option<f64>,
+    /// Leave out a check (may be given again)
+    #[arg(long, value_name = "CHECK")]
+    without: Vec<String>,
+    /// List the checks, and do nothing
+    #[arg(long)]
+    checks: bool,
     /// Folder for pictures
     #[arg(long, value_name = "DIR", default_value = DEFAULT_OUT)]
     out: PathBuf,
@@ -50,6 +62,10 @@ impl Default for Arguments {
             samples: 1_000_000,
             seed: 1,
             alpha: 1e-3,
+            anytime: false,
+            time: None,
+            without: Vec::new(),
+            checks: false,
             out: DEFAULT_OUT.into(),
             json: None,
             list: false,
@@ -60,6 +76,14 @@ impl Default for Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    if arguments.checks {
+        return list_checks();
+    }
+    for name in &arguments.without {
+        if warpcheck::verify::checks().all(|(known, _)| known != name) {
+            bail!("there is no check `{name}` (--checks lists them)");
+        }
+    }
     let data = common::data_folder(arguments.data.as_deref())?;
     let entries = catalogue::entries(&data);
     if arguments.list && arguments.names.is_empty() {
@@ -77,6 +101,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         samples: arguments.samples,
         seed: arguments.seed,
         alpha: arguments.alpha,
+        anytime: arguments.anytime,
+        time: arguments.time.map(std::time::Duration::from_secs_f64),
+        without: arguments.without.clone(),
+        samplers: chosen.len() as u64,
         stop: Some(Arc::clone(&stop)),
         ..Settings::default()
     };
@@ -103,7 +131,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         // {:?}: 1e-300 is not spelled out.
         let data =
             arguments.data.as_ref().map(|data| format!(" --data {}", data.display())).unwrap_or_default();
-        format!("warpcheck verify {name} --samples {samples} --seed {seed} --alpha {alpha:?}{data}")
+        let anytime = if arguments.anytime { " --anytime" } else { "" };
+        let without: String = arguments.without.iter().map(|check| format!(" --without '{check}'")).collect();
+        format!(
+            "warpcheck verify {name} --samples {samples} --seed {seed} --alpha {alpha:?}{anytime}{without}{data}"
+        )
     };
     let style = match std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
         true => Style::Colour,
@@ -147,6 +179,13 @@ fn choose<'a>(entries: &'a [Entry], names: &[String]) -> Result<Vec<&'a Entry>> 
     let mut seen = std::collections::HashSet::new();
     chosen.retain(|entry| seen.insert(&entry.name));
     Ok(chosen)
+}
+
+fn list_checks() -> Result<ExitCode> {
+    let lines: String =
+        warpcheck::verify::checks().map(|(name, about)| format!("{name:14}  {about}\n")).collect();
+    print(&lines)?;
+    Ok(ExitCode::SUCCESS)
 }
 
 fn list(entries: &[&Entry]) -> Result<ExitCode> {

@@ -30,7 +30,8 @@ fn angles(w: DVec3) -> Result<(f64, f64), Outside> {
         return Err(Outside(format!("has length {}", w.length())));
     }
     let phi = w.y.atan2(w.x);
-    Ok((w.x.hypot(w.y).atan2(w.z), if phi < 0.0 { phi + TAU } else { phi }))
+    // Of unit length, so that squares neither overflow nor, beyond 1e-150 rad of a pole, vanish: no `hypot`.
+    Ok((w.truncate().length().atan2(w.z), if phi < 0.0 { phi + TAU } else { phi }))
 }
 
 /// Solid angle of a cell: (cos a - cos b) times the width in phi, without cancellation.

@@ -76,13 +76,29 @@ struct Node {
 #[derive(Clone, Copy, Debug)]
 struct Step {
     threshold: f64,
-    /// Left child, the right one follows; at a leaf its index.
+    /// Left child, the right one follows; a leaf leads back to itself.
     next: u32,
     /// As in [`Node`]; [`LEAF`] at a leaf.
     axis: u32,
 }
 
 const LEAF: u32 = 3;
+/// Locations that go down the tree side by side: each waits for memory at every node, and all wait at once.
+const ABREAST: usize = 8;
+
+impl Step {
+    #[inline]
+    fn child(self, coordinates: &[f64; 4]) -> usize {
+        let right = coordinates[(self.axis & 3) as usize] >= self.threshold;
+        self.next as usize + usize::from(right)
+    }
+}
+
+/// Patch and chart coordinates by axis; nothing is as low as the last one, so that a leaf always leads to itself.
+#[inline]
+fn coordinates(location: &Location) -> [f64; 4] {
+    [location.patch as f64, location.at[0], location.at[1], f64::NEG_INFINITY]
+}
 
 /// A partition of a domain into leaf cells, and the tree over them.
 #[derive(Clone, Debug)]
@@ -123,11 +139,11 @@ impl Partition {
         let mut tree =
             Self { nodes: vec![root], steps: Vec::new(), leaves: Vec::new(), pilot_boxes: Vec::new() };
         tree.grow(space, 0, &mut pilots, knots, per_leaf.max(1), 0);
-        let step = |node: &Node| match node.children {
+        let step = |(index, node): (usize, &Node)| match node.children {
             Some(left) => Step { threshold: node.threshold, next: left as u32, axis: node.axis as u32 },
-            None => Step { threshold: 0.0, next: node.leaves.start as u32, axis: LEAF },
+            None => Step { threshold: 0.0, next: index as u32, axis: LEAF },
         };
-        tree.steps = tree.nodes.iter().map(step).collect();
+        tree.steps = tree.nodes.iter().enumerate().map(step).collect();
         tree
     }
 
@@ -201,13 +217,39 @@ impl Partition {
     /// The leaf that holds a location.
     #[inline]
     pub fn leaf_of(&self, location: &Location) -> usize {
-        let coordinates = [location.patch as f64, location.at[0], location.at[1]];
-        let mut step = self.steps[0];
-        while step.axis != LEAF {
-            let right = coordinates[step.axis as usize] >= step.threshold;
-            step = self.steps[step.next as usize + usize::from(right)];
+        let coordinates = coordinates(location);
+        let mut node = 0;
+        while self.steps[node].axis != LEAF {
+            node = self.steps[node].child(&coordinates);
         }
-        step.next as usize
+        self.nodes[node].leaves.start
+    }
+
+    /// The leaves that hold some locations, in their order.
+    pub fn leaves_of<'a>(
+        &self,
+        locations: impl ExactSizeIterator<Item = &'a Location> + Clone,
+        out: &mut Vec<usize>,
+    ) {
+        out.clear();
+        let mut rest = locations;
+        while rest.len() >= ABREAST {
+            let all: [[f64; 4]; ABREAST] = std::array::from_fn(|_| rest.next().map_or([0.0; 4], coordinates));
+            let mut nodes = [0; ABREAST];
+            loop {
+                let mut inner = false;
+                for (node, coordinates) in nodes.iter_mut().zip(&all) {
+                    let step = self.steps[*node];
+                    inner |= step.axis != LEAF;
+                    *node = step.child(coordinates);
+                }
+                if !inner {
+                    break;
+                }
+            }
+            out.extend(nodes.map(|node| self.nodes[node].leaves.start));
+        }
+        out.extend(rest.map(|location| self.leaf_of(location)));
     }
 
     /// The coarser partition whose cells are the topmost nodes of at most `target` mass; whatever weighs less

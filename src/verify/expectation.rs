@@ -54,6 +54,18 @@ pub(super) struct Marginal {
     pub lines: Vec<f64>,
     /// Mass below each line.
     pub below: Vec<Integral>,
+    /// For each leaf, how many lines lie below all of it and below some of it: its samples are compared with those between only.
+    pub near: Vec<(u32, u32)>,
+}
+
+impl Marginal {
+    /// How many lines lie at or below `x`, which is in `leaf`.
+    #[inline]
+    pub fn slab(&self, leaf: usize, x: f64) -> usize {
+        let (below, above) = self.near[leaf];
+        let crossing = &self.lines[below as usize..above as usize];
+        below as usize + crossing.iter().map(|&line| usize::from(line <= x)).sum::<usize>()
+    }
 }
 
 /// Mass and its error, of one cell of a scale.
@@ -109,6 +121,12 @@ impl Expectation {
             .map(|(axis, lines)| Marginal {
                 axis,
                 below: crate::parallel::map(lines.len(), |i| below(axis, lines[i])),
+                near: (partition.leaves().iter())
+                    .map(|cell| {
+                        let count = |x: f64| lines.partition_point(|&line| line <= x) as u32;
+                        (count(cell.low[axis]), count(cell.high[axis]))
+                    })
+                    .collect(),
                 lines,
             })
             .collect();
@@ -133,7 +151,9 @@ impl Expectation {
         if probe.space().axes() == 0 {
             return; // sums are exact
         }
-        let (partition, old) = (&self.partition, self.leaves.clone());
+        // Only what is integrated again adds to the variance.
+        let known: Vec<Integral> = self.leaves.iter().map(|leaf| Integral { error: 0.0, ..*leaf }).collect();
+        let partition = &self.partition;
         let whole = |leaf: usize| at_random(probe, seed, partition, leaf, &partition.leaves()[leaf]);
         let again = crate::parallel::map(self.leaves.len(), whole);
         let (mut value, mut variance) = (0.0, 0.0);
@@ -145,7 +165,7 @@ impl Expectation {
         self.total.error = self.total.error.max((self.total.value - value).abs() + SURE * variance.sqrt());
         for marginal in &mut self.marginals {
             let again = crate::parallel::map(marginal.lines.len(), |i| {
-                mass_below(partition, &old, marginal.axis, marginal.lines[i], |leaf, cell| {
+                mass_below(partition, &known, marginal.axis, marginal.lines[i], |leaf, cell| {
                     let (value, error) = at_random(probe, seed, partition, leaf, cell);
                     Integral { value, error: error * error, ..Integral::default() }
                 })

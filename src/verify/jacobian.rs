@@ -291,7 +291,8 @@ impl Bank {
         xi: &[f64],
         location: &Location,
     ) -> Option<Vec<Preimage>> {
-        const APART: f64 = 0.02;
+        // Nearer than this, two solutions are one.
+        const APART: f64 = 1e-3;
         let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > APART);
         let mut found: Vec<Preimage> = Vec::new();
         let mut unclear = false;

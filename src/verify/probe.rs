@@ -49,23 +49,23 @@ pub(super) struct RoundTrip {
 }
 
 /// A function whose integral over the domain is known.
-pub(super) struct Known<P> {
+pub(super) struct Known<'a, P> {
     pub name: String,
-    pub function: Box<dyn Fn(&P) -> f64 + Send + Sync>,
+    pub function: Box<dyn Fn(&P) -> f64 + Send + Sync + 'a>,
     pub integral: f64,
 }
 
 /// A named function of a point.
-pub(super) type Named<P> = (String, Box<dyn Fn(&P) -> f64 + Send + Sync>);
+pub(super) type Named<'a, P> = (String, Box<dyn Fn(&P) -> f64 + Send + Sync + 'a>);
 
 /// What the person who verifies says beside the sampler.
-pub(super) struct Extras<P> {
-    pub target: Option<Box<dyn Fn(&P) -> f64 + Send + Sync>>,
-    pub known: Vec<Known<P>>,
-    pub rivals: Vec<Named<P>>,
+pub(super) struct Extras<'a, P> {
+    pub target: Option<Box<dyn Fn(&P) -> f64 + Send + Sync + 'a>>,
+    pub known: Vec<Known<'a, P>>,
+    pub rivals: Vec<Named<'a, P>>,
 }
 
-impl<P> Default for Extras<P> {
+impl<P> Default for Extras<'_, P> {
     fn default() -> Self {
         Self { target: None, known: Vec::new(), rivals: Vec::new() }
     }
@@ -109,11 +109,11 @@ pub(super) struct Subject<'a, S: Sampler> {
     domain: S::Domain,
     knots: Knots,
     dimensions: usize,
-    extras: &'a Extras<PointOf<S>>,
+    extras: &'a Extras<'a, PointOf<S>>,
 }
 
 impl<'a, S: Sampler> Subject<'a, S> {
-    pub fn new(sampler: &'a S, extras: &'a Extras<PointOf<S>>) -> Self {
+    pub fn new(sampler: &'a S, extras: &'a Extras<'a, PointOf<S>>) -> Self {
         Self {
             domain: sampler.domain(),
             knots: sampler.knots(),

@@ -2,6 +2,7 @@
 
 use super::examination::Examination;
 use super::finding::{Evidence, Finding, Verdict};
+use super::power::Power;
 use super::settings::Settings;
 use crate::statistics::multiplicity::holm;
 use std::fmt::{Display, Formatter};
@@ -118,12 +119,13 @@ impl Display for Report {
             )?;
             if verdict == Verdict::Pass {
                 let power = examination.power(self.level());
-                if let Some(best) = power.iter().find(|p| p.mass == 0.05).or(power.first()) {
+                if !power.is_empty() {
+                    let each = |p: &Power| format!("{:.2}% over any {}%", 100.0 * p.error, 100.0 * p.mass);
+                    let all: Vec<String> = power.iter().map(each).collect();
                     writeln!(
                         f,
-                        "  would have caught, with probability 0.99, an error of {:.2}% over {}% of the mass in one piece",
-                        100.0 * best.error,
-                        100.0 * best.mass
+                        "  would have caught, with probability 0.99, a relative error of {} of the mass in one piece",
+                        all.join(", or ")
                     )?;
                 }
                 continue;

@@ -78,7 +78,7 @@ impl Settings {
 /// A verification that is being set up; see [`verify`](super::verify).
 pub struct Verify<'a, S: Sampler> {
     sampler: &'a S,
-    extras: Extras<PointOf<S>>,
+    extras: Extras<'a, PointOf<S>>,
     name: String,
     settings: Settings,
 }
@@ -178,7 +178,7 @@ impl<'a, S: Sampler> Verify<'a, S> {
     /// let half = from_fn(Square, |[u, v]: [f64; 2]| [0.5 * u, v], |p: [f64; 2]| if p[0] < 0.5 { 2.0 } else { 0.0 });
     /// warpcheck::verify(&half).target(|p| if p.x < 0.4 { 1.0 } else { 0.0 }).samples(50_000).run().assert();
     /// ```
-    pub fn target(mut self, target: impl Fn(&PointOf<S>) -> f64 + Send + Sync + 'static) -> Self {
+    pub fn target(mut self, target: impl Fn(&PointOf<S>) -> f64 + Send + Sync + 'a) -> Self {
         self.extras.target = Some(Box::new(target));
         self
     }
@@ -196,7 +196,7 @@ impl<'a, S: Sampler> Verify<'a, S> {
     pub fn integral(
         mut self,
         name: impl Into<String>,
-        function: impl Fn(&PointOf<S>) -> f64 + Send + Sync + 'static,
+        function: impl Fn(&PointOf<S>) -> f64 + Send + Sync + 'a,
         integral: f64,
     ) -> Self {
         self.extras.known.push(Known { name: name.into(), function: Box::new(function), integral });
@@ -207,7 +207,7 @@ impl<'a, S: Sampler> Verify<'a, S> {
     pub fn rival(
         mut self,
         name: impl Into<String>,
-        density: impl Fn(&PointOf<S>) -> f64 + Send + Sync + 'static,
+        density: impl Fn(&PointOf<S>) -> f64 + Send + Sync + 'a,
     ) -> Self {
         self.extras.rivals.push((name.into(), Box::new(density)));
         self

@@ -207,7 +207,8 @@ fn draw_shard(probe: &dyn Probe, expectation: &Expectation, seed: u64, shard: u6
     let dimensions = probe.dimensions().max(1);
     let mut tally = Tally { samples: count, ..Tally::empty(probe, expectation) };
     let mut xi = vec![0.0; CHUNK * dimensions];
-    let (mut draws, mut values) = (Vec::with_capacity(CHUNK), Vec::new());
+    let (mut draws, mut leaves, mut values) =
+        (Vec::with_capacity(CHUNK), Vec::with_capacity(CHUNK), Vec::new());
     let mut counter = Counter::new(probe, expectation);
     let ask = if shard < ASKED_ALWAYS { 1 } else { ASKED_RARELY };
     let mut left = count as usize;
@@ -215,8 +216,10 @@ fn draw_shard(probe: &dyn Probe, expectation: &Expectation, seed: u64, shard: u6
         let xi = &mut xi[..left.min(CHUNK) * dimensions];
         fill_unit(&mut rng, xi);
         probe.draw(xi, ask, &mut draws, &mut values);
-        for (i, (draw, xi)) in draws.iter().zip(xi.chunks_exact(dimensions)).enumerate() {
-            counter.count(draw, xi, i % ask == 0, &mut tally);
+        expectation.partition.leaves_of(draws.iter().map(|draw| &draw.location), &mut leaves);
+        for (i, ((draw, &leaf), xi)) in draws.iter().zip(&leaves).zip(xi.chunks_exact(dimensions)).enumerate()
+        {
+            counter.count(draw, leaf, xi, i % ask == 0, &mut tally);
         }
         let functions = tally.known.len().max(1);
         for values in values.chunks_exact(functions) {
@@ -251,7 +254,7 @@ impl<'a> Counter<'a> {
         }
     }
 
-    fn count(&mut self, draw: &Draw, xi: &[f64], asked: bool, tally: &mut Tally) {
+    fn count(&mut self, draw: &Draw, leaf: usize, xi: &[f64], asked: bool, tally: &mut Tally) {
         let mut class = self.classes - 1;
         match draw.fate {
             Fate::Rejected => tally.rejected += 1,
@@ -263,15 +266,13 @@ impl<'a> Counter<'a> {
             }
             Fate::Drawn => {
                 let location = &draw.location;
-                let leaf = self.expectation.partition.leaf_of(location);
                 class = self.class_of_leaf.and_then(|classes| classes[leaf]).unwrap_or(class);
                 tally.per_leaf[leaf] += 1;
                 if draw.density > 0.0 {
                     tally.inverse[leaf].add(1.0 / draw.density);
                 }
                 for (marginal, counts) in self.expectation.marginals.iter().zip(&mut tally.between_lines) {
-                    let x = location.at[marginal.axis];
-                    counts[marginal.lines.iter().map(|&line| usize::from(line <= x)).sum::<usize>()] += 1;
+                    counts[marginal.slab(leaf, location.at[marginal.axis])] += 1;
                 }
                 if self.discrete {
                     for (counts, m) in tally.remainders.iter_mut().zip(MODULI) {
