@@ -255,7 +255,7 @@ fn nan_at_the_edge() {
         |x: f32| (-x).exp(),
     );
     let right = from_fn(Interval::positive(), |xi: f32| -(-xi).ln_1p(), |x: f32| (-x).exp());
-    tell_apart(&right, &broken, "edges");
+    tell_apart(&right, &broken, "domain");
 }
 
 /// 0.3% of the samples lie where the density claims 4e-6 of the mass.

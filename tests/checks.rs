@@ -355,3 +355,19 @@ fn checks_can_be_left_out() {
 fn a_check_that_is_none_is_named() {
     let _ = verify(&UniformSphere).without("jacobean");
 }
+
+/// A failure tells the whole story, and where its picture is.
+#[test]
+#[cfg(feature = "pictures")]
+fn a_failure_can_be_acted_on() {
+    let broken =
+        from_fn(Hemisphere, |xi: Vec2| UniformHemisphere.sample(xi), |w: Vec3| CosineHemisphere.density(w));
+    let report = verify(&broken).name("uniform, by mistake").samples(50_000).run();
+    let told = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| report.assert())).unwrap_err();
+    let told = told.downcast_ref::<String>().unwrap();
+    for part in ["fail: uniform, by mistake", "worst places", "replay: ", "sigma", "at theta"] {
+        assert!(told.contains(part), "no `{part}` in\n{told}");
+    }
+    let file = told.lines().find_map(|line| line.trim().strip_prefix("picture: ")).expect("a picture");
+    assert!(std::path::Path::new(file).metadata().unwrap().len() > 1000, "{file}");
+}

@@ -96,15 +96,6 @@ impl Report {
     pub fn level(&self) -> f64 {
         self.alpha / self.tests.max(1) as f64
     }
-
-    /// Panics with the whole story unless every sampler passed.
-    ///
-    /// # Panics
-    /// If the verdict is fail or inconclusive.
-    #[track_caller]
-    pub fn assert(&self) {
-        assert!(self.verdict() == Verdict::Pass, "\n{self}");
-    }
 }
 
 /// A line for every sampler; for one that did not pass, what was found and where.
