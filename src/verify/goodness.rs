@@ -161,6 +161,7 @@ pub(super) fn figures(
         observed,
         expected: mass * n,
         samples: tally.samples,
+        others: 0,
     };
     let mut elsewhere = vec![nowhere("rejected", tally.rejected, expectation.rejected().value)];
     let Some(finest) = expectation.scales.last() else {
@@ -173,6 +174,7 @@ pub(super) fn figures(
         observed,
         expected: mass.value * n,
         samples: tally.samples,
+        others: 0,
     });
     if in_pool > 0 || pool.value > 0.0 {
         elsewhere.push(nowhere("the pool of light cells", in_pool, pool.value));
@@ -242,14 +244,12 @@ fn least_likely_leaf(case: &Case<'_>) -> Option<Finding> {
     let place = case.probe.space().describe(&case.expectation.partition.leaves()[worst]);
     finding.detail = format!("{}, at {place}; the worst of {} leaves", finding.detail, leaves.len());
     let level = 1e-5 / leaves.len() as f64;
-    Some(
-        finding.sees(format!(
+    Some(finding.sees(format!(
             "{} samples where none are expected",
             (1..)
                 .find(|&k| binomial::upper_tail(k, tally.samples, 1e-3 / n).is_ok_and(|p| p < level))
                 .unwrap_or(1)
-        )),
-    )
+        )))
 }
 
 /// The exact test of one count whose probability is known to lie in an interval.
