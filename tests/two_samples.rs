@@ -113,7 +113,7 @@ fn as_many_false_alarms_as_alpha_says() {
     let same = from_draws(Sphere, |[u, v]: [f64; 2]| Sampler::sample(&vmf, &[u, v]).map(|s| s.point));
     let alarms = (0..RUNS)
         .filter(|&seed| {
-            compare(&vmf, &same).samples(8_000).seed(seed).alpha(ALPHA).run().verdict() != Verdict::Pass
+            compare(&vmf, &same).samples(4_000).seed(seed).alpha(ALPHA).run().verdict() != Verdict::Pass
         })
         .count() as u64;
     println!("{alarms} of {RUNS} at alpha {ALPHA}");
@@ -242,7 +242,7 @@ fn streams_alarm_as_often_as_alpha_says() {
     const RUNS: u64 = 200;
     let alarms = (0..RUNS)
         .filter(|seed| {
-            let list: Vec<_> = (0..3).map(|i| square_points(1000 + 3 * seed + i, 2000)).collect();
+            let list: Vec<_> = (0..3).map(|i| square_points(1000 + 3 * seed + i, 1200)).collect();
             streams(Square, &list).unwrap().alpha(0.05).run().verdict() != Verdict::Pass
         })
         .count() as u64;
