@@ -80,7 +80,7 @@ fn streams(probe: &dyn Probe, expectation: &Expectation, seed: u64) -> Vec<u64> 
 }
 
 /// Independence of rows and columns; `None` with fewer than two of either.
-pub(super) fn table(check: &'static str, part: &str, counts: &[u64], columns: usize) -> Option<Finding> {
+fn table(check: &'static str, part: &str, counts: &[u64], columns: usize) -> Option<Finding> {
     let rows = counts.len() / columns.max(1);
     let row_sums: Vec<f64> = counts.chunks_exact(columns).map(|row| row.iter().sum::<u64>() as f64).collect();
     let column_sums: Vec<f64> =

@@ -10,13 +10,12 @@
 use super::examination::{Against, Examination};
 use super::expectation::LEAST;
 use super::finding::{Evidence, Finding, Verdict};
-use super::independence::table;
 use super::points::{PointsError, locate};
 use super::report::Report;
 use super::settings::Settings;
 use crate::domain::{Domain, Knots, Location, Partition, Space};
 use crate::sampler::ToPoint;
-use crate::statistics::binomial;
+use crate::statistics::{binomial, chi_square};
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
 use std::time::Instant;
@@ -147,11 +146,11 @@ impl Streams {
         leaves.iter().flatten().for_each(|&leaf| masses[leaf] += 1.0 / all as f64);
         // Cells weigh between half of this and all of it.
         let groups = partition.group(&masses, 1.4 / wanted, 0.0);
-        let classes = groups.cells.len();
+        let (class_of_group, classes) = join_light(&groups.of_leaf, &masses, groups.cells.len(), shortest);
         if classes < 2 {
             return Vec::new();
         }
-        let class = |leaf: usize| groups.of_leaf[leaf].unwrap_or(0);
+        let class = |leaf: usize| groups.of_leaf[leaf].map_or(0, |group| class_of_group[group]);
         let joint = |pairs: &mut dyn Iterator<Item = (usize, usize)>| {
             let mut counts = vec![0; classes * classes];
             pairs.for_each(|(a, b)| counts[class(a) * classes + class(b)] += 1);
@@ -161,7 +160,7 @@ impl Streams {
         let mut findings = Vec::new();
         for (i, stream) in leaves.iter().enumerate() {
             let part = format!("stream {i}, consecutive points");
-            findings.extend(table(CHECK, &part, &apart(stream, &stream[1..]), classes));
+            findings.extend(table(part, &apart(stream, &stream[1..]), classes));
         }
         for first in 0..leaves.len() {
             let all = leaves.len() <= ALL_PAIRS;
@@ -174,7 +173,7 @@ impl Streams {
                 ];
                 for (how, counts) in pairs {
                     let part = format!("streams {first} and {second}, {how}");
-                    findings.extend(table(CHECK, &part, &counts, classes));
+                    findings.extend(table(part, &counts, classes));
                 }
             }
         }
@@ -260,6 +259,47 @@ impl Streams {
         }
         runs
     }
+}
+
+/// The class of each group of cells, and how many there are: groups so light that a table of `n` points expects hardly any in their corner share one.
+fn join_light(of_leaf: &[Option<usize>], leaves: &[f64], groups: usize, n: usize) -> (Vec<usize>, usize) {
+    let mut masses = vec![0.0; groups];
+    for (group, mass) in of_leaf.iter().zip(leaves) {
+        group.iter().for_each(|&group| masses[group] += mass);
+    }
+    let is_light = |mass: f64| mass * mass * (n as f64) < LEAST / 4.0;
+    let light: f64 = masses.iter().filter(|&&m| is_light(m)).sum();
+    // What is too light even together goes to the first class.
+    let mut classes = usize::from(light > 0.0 && !is_light(light));
+    let class = |&mass: &f64| {
+        if is_light(mass) {
+            return 0;
+        }
+        classes += 1;
+        classes - 1
+    };
+    (masses.iter().map(class).collect(), classes)
+}
+
+/// Pearson's test of independence of rows and columns; `None` with fewer than two of either.
+fn table(part: String, counts: &[u64], classes: usize) -> Option<Finding> {
+    let sum = |at: &dyn Fn(usize) -> usize| (0..classes).map(|k| counts[at(k)]).sum::<u64>() as f64;
+    let rows: Vec<f64> = (0..classes).map(|row| sum(&|k| row * classes + k)).collect();
+    let columns: Vec<f64> = (0..classes).map(|column| sum(&|k| k * classes + column)).collect();
+    let n: f64 = rows.iter().sum();
+    let filled = |sums: &[f64]| sums.iter().filter(|&&sum| sum > 0.0).count();
+    if filled(&rows) < 2 || filled(&columns) < 2 {
+        return None;
+    }
+    let cells = counts.iter().enumerate().map(|(i, &count)| {
+        let expected = rows[i / classes] * columns[i % classes] / n;
+        if expected > 0.0 { (count as f64 - expected).powi(2) / expected } else { 0.0 }
+    });
+    let statistic: f64 = cells.sum();
+    let df = ((filled(&rows) - 1) * (filled(&columns) - 1)) as f64;
+    let p = chi_square::sf(statistic, df).unwrap_or(f64::NAN);
+    let detail = format!("X^2 = {statistic:.1} at {df} degrees of freedom, {classes} classes");
+    Some(chance(p, detail).part(part))
 }
 
 /// How often runs are equal, and where they are first, as (stream, index).
