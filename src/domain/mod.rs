@@ -7,6 +7,7 @@
 //! The charts are chosen for quadrature and independence, not for sampling: no chart is the warp of a sampler
 //! that is judged on it.
 
+mod atoms;
 mod direction;
 mod discrete;
 mod flat;
@@ -14,6 +15,7 @@ mod partition;
 mod quadrature;
 mod surface;
 
+pub use atoms::{Mixed, WithAtoms};
 pub use direction::{Hemisphere, Sphere};
 pub use discrete::Discrete;
 pub use flat::{Disk, Interval, Square};
@@ -161,6 +163,14 @@ mod tests {
         let grid = [0.013, 0.29, 0.5, 0.77, 0.96];
         for patch in [0, domain.patches() / 2, domain.patches() - 1] {
             for (a, b) in grid.into_iter().flat_map(|a| grid.map(|b| (a, b))) {
+                if domain.axes() > 0 && domain.is_atom(patch) {
+                    let (point, jacobian) = domain.point(patch, [a, b]);
+                    let found = domain.locate(&point).unwrap();
+                    assert_eq!((found.patch, found.at, jacobian), (patch, [0.0; 2], 1.0));
+                    assert!(domain.picture_position(&found).iter().all(|x| x.is_nan()));
+                    assert!(domain.neighbours(&point, 1e-3).is_empty());
+                    continue;
+                }
                 let at =
                     if domain.axes() == 0 { [0.0; 2] } else { [a, if domain.axes() == 2 { b } else { 0.0 }] };
                 let (point, jacobian) = domain.point(patch, at);
@@ -216,6 +226,8 @@ mod tests {
                     shown += domain.picture_scale(x, y) / (n * n) as f64;
                 }
             }
+            let atoms = (0..domain.patches()).filter(|&p| domain.axes() > 0 && domain.is_atom(p)).count();
+            shown += atoms as f64; // which have no place in it
             assert!((shown / domain.measure() - 1.0).abs() < 0.005, "{}: {shown}", domain.name());
         }
     }
@@ -230,9 +242,26 @@ mod tests {
         fits(Triangle::with_area(2.5));
         fits(MeshSurface::from_areas(vec![1.0, 2.0, 0.5, 3.0]));
         fits(Interval::new(-1.0, 3.0));
+        fits(WithAtoms::new(Hemisphere, 1));
+        fits(WithAtoms::new(MeshSurface::from_areas(vec![1.0, 0.5]), 3));
+        fits(WithAtoms::new(Interval::new(-1.0, 3.0), 2));
         fits(Interval::real_line());
         fits(Interval::positive());
         fits(Interval::new(f64::NEG_INFINITY, 2.0));
+    }
+
+    #[test]
+    fn atoms_are_named_and_counted() {
+        let domain = WithAtoms::named(Square, ["the mirror", "the sun"]);
+        let cell = |patches| Cell { patches, low: [0.0; 2], high: [1.0; 2] };
+        assert_eq!(domain.describe(&cell(1..2)), "the mirror");
+        assert_eq!(
+            domain.describe(&cell(0..3)),
+            "x 0.00000..1.00000, y 0.00000..1.00000, and the mirror, the sun"
+        );
+        assert_eq!((domain.cell_measure(&cell(1..3)), domain.cell_measure(&cell(0..2))), (2.0, 2.0));
+        assert!(domain.locate(&Mixed::Atom(2)).is_err());
+        assert!(!domain.is_atom(0) && domain.is_atom(1));
     }
 
     #[test]

@@ -190,6 +190,11 @@ impl Partition {
         &self.leaves
     }
 
+    /// Every node of the tree with the leaves below it, the whole first.
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = (&Cell, Range<usize>)> {
+        self.nodes.iter().map(|node| (&node.cell, node.leaves.clone()))
+    }
+
     /// Where quadrature over a leaf should cut first: at distances from its pilots that double, as far as the leaf is much larger than
     /// the box that they span. So a cell at the edge of a light or a lobe, nearly all of it empty, is looked at where the mass is.
     pub fn grading(&self, leaf: usize) -> Knots {
@@ -350,6 +355,9 @@ fn choose_split(
         let through = pilots.iter().filter(|p| p.patch <= median).count();
         let threshold = if below.abs_diff(middle) <= through.abs_diff(middle) { median } else { median + 1 };
         return Some((0, threshold.clamp(cell.patches.start + 1, cell.patches.end - 1) as f64));
+    }
+    if space.is_atom(cell.patches.start) {
+        return None; // all of its samples lie at one place of its chart
     }
     if let Some(split) = (0..space.axes()).find_map(|axis| middle_of_gap(cell, pilots, axis)) {
         return Some(split);

@@ -92,6 +92,9 @@ impl Histogram {
                 continue;
             };
             let [x, y] = domain.picture_position(&location);
+            if x.is_nan() {
+                continue; // an atom: its mass has no place in the picture
+            }
             let column = ((x * width) as usize).min(self.width - 1);
             let row = ((y * height) as usize).min(self.height - 1);
             self.counts[row * self.width + column] += 1;

@@ -1,7 +1,7 @@
 //! A pair of closures becomes a [`Sampler`], in `f32` or `f64`, with or without the density returned.
 
 use super::{PointOf, Sample, Sampler};
-use crate::domain::{Domain, Knots, SurfacePoint};
+use crate::domain::{Domain, Knots, Mixed, SurfacePoint};
 use crate::random::to_f32;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::marker::PhantomData;
@@ -140,6 +140,48 @@ point_conversions! {
     SurfacePoint {
         SurfacePoint, |x| x, |p| *p;
         (usize, Vec3), |x| SurfacePoint { triangle: x.0, barycentric: x.1.as_dvec3() }, |p| (p.triangle, p.barycentric.as_vec3());
+    }
+}
+
+impl<P, T: ToPoint<P>> ToPoint<Mixed<P>> for Mixed<T> {
+    fn to_point(self) -> Mixed<P> {
+        match self {
+            Self::Continuous(point) => Mixed::Continuous(point.to_point()),
+            Self::Atom(atom) => Mixed::Atom(atom),
+        }
+    }
+}
+
+impl<P, T: FromPoint<P>> FromPoint<Mixed<P>> for Mixed<T> {
+    fn from_point(point: &Mixed<P>) -> Self {
+        match point {
+            Mixed::Continuous(point) => Self::Continuous(T::from_point(point)),
+            Mixed::Atom(atom) => Self::Atom(*atom),
+        }
+    }
+}
+
+impl<P, T: ToPoint<P>> IntoDraw<Mixed<P>> for Mixed<T> {
+    fn into_draw(self) -> Option<(Mixed<P>, Option<f64>)> {
+        Some((self.to_point(), None))
+    }
+}
+
+impl<P, T: ToPoint<P>> IntoDraw<Mixed<P>> for Option<Mixed<T>> {
+    fn into_draw(self) -> Option<(Mixed<P>, Option<f64>)> {
+        self.map(|point| (point.to_point(), None))
+    }
+}
+
+impl<P, T: ToPoint<P>, F: Into<f64>> IntoDraw<Mixed<P>> for (Mixed<T>, F) {
+    fn into_draw(self) -> Option<(Mixed<P>, Option<f64>)> {
+        Some((self.0.to_point(), Some(self.1.into())))
+    }
+}
+
+impl<P, T: ToPoint<P>, F: Into<f64>> IntoDraw<Mixed<P>> for Option<(Mixed<T>, F)> {
+    fn into_draw(self) -> Option<(Mixed<P>, Option<f64>)> {
+        self.map(|(point, density)| (point.to_point(), Some(density.into())))
     }
 }
 

@@ -8,6 +8,7 @@ mod closure;
 mod cosine_hemisphere;
 mod discrete;
 mod distribution;
+mod draws;
 mod environment;
 mod frame;
 mod ggx;
@@ -17,12 +18,14 @@ mod phong;
 mod solid_angle;
 mod uniform_direction;
 mod von_mises_fisher;
+mod with_delta;
 
 pub use barycentric::{BarycentricWarp, TriangleWarp};
 pub use closure::{Closures, FromPoint, IntoDraw, ToPoint, Variates, from_fn};
 pub use cosine_hemisphere::CosineHemisphere;
 pub use discrete::{Choice, DiscreteCdf};
 pub use distribution::{from_distribution, from_statrs};
+pub use draws::{Draws, from_draws};
 pub use environment::{Environment, EnvironmentSample, RowWarp, luminance};
 pub use frame::Frame;
 pub use ggx::GgxVisibleNormals;
@@ -32,6 +35,7 @@ pub use phong::PhongLobe;
 pub use solid_angle::View;
 pub use uniform_direction::{UniformHemisphere, UniformSphere};
 pub use von_mises_fisher::VonMisesFisher;
+pub use with_delta::WithDelta;
 
 use crate::domain::{Cell, Domain, Knots};
 
@@ -136,6 +140,12 @@ pub trait Sampler: Sync {
         None
     }
 
+    /// Whether [`density`](Self::density) means anything. Where not, the sampler can be compared with another one
+    /// ([`compare`](crate::verify::compare)), but not verified.
+    fn has_density(&self) -> bool {
+        true
+    }
+
     /// Where the density may jump, along the axes of the domain's chart. Helps quadrature; a wrong answer costs
     /// accuracy, which the error estimate then shows.
     fn knots(&self) -> Knots {
@@ -188,6 +198,10 @@ impl<S: Sampler + ?Sized> Sampler for &S {
 
     fn knots(&self) -> Knots {
         (**self).knots()
+    }
+
+    fn has_density(&self) -> bool {
+        (**self).has_density()
     }
 }
 

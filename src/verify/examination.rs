@@ -10,7 +10,21 @@ use super::probe::Probe;
 use super::sequential::Bets;
 use super::settings::Settings;
 use super::{goodness, map, tally};
+use crate::domain::Space;
 use std::time::{Duration, Instant};
+
+/// What samples were held against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Against {
+    /// The sampler's own density.
+    Density,
+    /// This many samples of another sampler.
+    Sampler(u64),
+    /// This many points that somebody else drew.
+    Points(u64),
+    /// Nothing: relations between the answers to several questions.
+    Relations,
+}
 
 /// What the checks found on one sampler.
 pub struct Examination {
@@ -24,11 +38,13 @@ pub struct Examination {
     pub axes: usize,
     /// What the axes of its pictures are.
     pub picture_caption: &'static str,
+    /// What its samples were held against.
+    pub against: Against,
     /// Samples drawn.
     pub samples: u64,
     /// How many of them the sampler rejected.
     pub rejected: u64,
-    /// The integral of the density, and its error.
+    /// The integral of the density, and its error; NaN where no density is involved.
     pub integral: (f64, f64),
     /// What was found.
     pub findings: Vec<Finding>,
@@ -44,7 +60,7 @@ pub struct Examination {
     pub diagnosis: Option<Diagnosis>,
     /// Time that it took.
     pub time: Duration,
-    painter: Painter,
+    pub(super) painter: Painter,
 }
 
 impl std::fmt::Debug for Examination {
@@ -75,7 +91,46 @@ impl Examination {
     /// The relative error over 1, 5, 20 and 50% of the mass, in one piece, that would have been caught with probability 0.99 at level `alpha`.
     pub fn power(&self, alpha: f64) -> Vec<Power> {
         // The bets of a run that stops early have no power at a fixed number of samples.
-        if self.anytime { Vec::new() } else { power::power(self.axes, &self.scales, self.samples, alpha) }
+        if self.anytime { Vec::new() } else { power::power(self.axes, &self.scales, self.worth(), alpha) }
+    }
+
+    /// How many samples against a density would see as much.
+    fn worth(&self) -> u64 {
+        match self.against {
+            Against::Density | Against::Relations => self.samples,
+            Against::Sampler(others) | Against::Points(others) => {
+                let (a, b) = (self.samples as f64, others as f64);
+                (a * (b / (a + b))) as u64
+            }
+        }
+    }
+
+    /// One without cells, for checks that are not made of counts in cells.
+    pub(super) fn bare(name: String, space: &dyn Space, samples: u64, against: Against) -> Self {
+        let blank = |height: usize| {
+            let nothing = vec![f64::NAN; height];
+            let [observed, expected, residual] = [nothing.clone(), nothing.clone(), nothing];
+            ResidualMap { width: 1, height, observed, expected, residual }
+        };
+        Self {
+            name,
+            domain: space.name(),
+            per: space.per(),
+            axes: space.axes(),
+            picture_caption: space.picture_caption(),
+            against,
+            samples,
+            rejected: 0,
+            integral: (f64::NAN, f64::NAN),
+            findings: Vec::new(),
+            cells: Vec::new(),
+            elsewhere: Vec::new(),
+            scales: Vec::new(),
+            anytime: false,
+            diagnosis: None,
+            time: Duration::ZERO,
+            painter: Box::new(move |height| blank(height.max(1))),
+        }
     }
 }
 
@@ -144,6 +199,7 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
         per: space.per(),
         axes: space.axes(),
         picture_caption: space.picture_caption(),
+        against: Against::Density,
         samples: tally.samples,
         rejected: tally.rejected,
         integral: (expectation.total.value, expectation.total.error),

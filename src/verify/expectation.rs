@@ -215,7 +215,8 @@ fn scales(partition: &Partition, leaves: &[Integral], samples: u64) -> Vec<Group
 /// Lines at the quantiles of the pilots, moved to the nearest knot.
 fn lines(probe: &dyn Probe, pilots: &[Location]) -> Vec<Vec<f64>> {
     let space = probe.space();
-    if space.axes() < 2 || space.patches() > LINES_PATCHES || pilots.len() < 64 * LINES {
+    let has_atoms = || (0..space.patches()).any(|patch| space.is_atom(patch)); // which lie on no side of a line
+    if space.axes() < 2 || space.patches() > LINES_PATCHES || pilots.len() < 64 * LINES || has_atoms() {
         return Vec::new();
     }
     let along = |axis: usize| {

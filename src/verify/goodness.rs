@@ -162,6 +162,7 @@ pub(super) fn figures(
         observed,
         expected: mass * n,
         samples: tally.samples,
+        others: 0,
     };
     let mut elsewhere = vec![nowhere("rejected", tally.rejected, expectation.rejected().value)];
     let Some(finest) = expectation.scales.last() else {
@@ -174,6 +175,7 @@ pub(super) fn figures(
         observed,
         expected: mass.value * n,
         samples: tally.samples,
+        others: 0,
     });
     if in_pool > 0 || pool.value > 0.0 {
         elsewhere.push(nowhere("the pool of light cells", in_pool, pool.value));

@@ -15,12 +15,18 @@ pub struct CellFigure {
     pub expected: f64,
     /// Samples drawn in all.
     pub samples: u64,
+    /// Where two samplers are compared, the samples drawn of the other: the expected count is then the share of these samples in the counts of both.
+    /// Otherwise 0.
+    pub others: u64,
 }
 
 impl CellFigure {
-    /// The signed standardised residual (O - E) / sqrt(E (1 - E / n)): about standard normal if the sampler is right.
+    /// The signed standardised residual (O - E) / sqrt(E (1 - E / n)): about standard normal if the sampler is right. In a comparison with m samples of
+    /// another, the variance is m / (n + m) of that (Haberman 1973).
     pub fn residual(&self) -> f64 {
-        let variance = self.expected * (1.0 - self.expected / self.samples as f64);
+        let (n, m) = (self.samples as f64, self.others as f64);
+        let free = if self.others > 0 { m / (n + m) } else { 1.0 };
+        let variance = self.expected * (1.0 - self.expected / n) * free;
         let difference = self.observed as f64 - self.expected;
         if variance > 1e-9 * self.expected {
             difference / variance.sqrt()

@@ -18,6 +18,9 @@
 //! | repeats | equal points are no more frequent than rounding explains |
 //! | sequential | in place of those that count, in a run that stops as soon as it knows |
 //!
+//! Without a density, [`compare`] holds two samplers against each other, [`compare_samples`] two sets of points, [`streams`] the streams of a
+//! generator; [`metamorphic`] asks tables what must not change when their input does.
+//!
 //! Everything that involves chance gives a p-value; they are corrected together, over everything that the run tested (Holm), so that
 //! a run of right samplers fails with a probability of at most alpha, however many there are.
 
@@ -33,7 +36,9 @@ mod independence;
 mod jacobian;
 mod map;
 mod marginals;
+pub mod metamorphic;
 mod normalisation;
+mod points;
 mod power;
 mod probe;
 mod repeats;
@@ -42,19 +47,24 @@ mod round_trip;
 mod scan;
 mod sequential;
 mod settings;
+mod streams;
 mod support;
 mod tally;
+mod two_sample;
 mod weights;
 
 pub use check::checks;
 pub use diagnosis::Diagnosis;
-pub use examination::Examination;
+pub use examination::{Against, Examination};
 pub use finding::{Evidence, Finding, Verdict};
 pub use map::{CellFigure, ResidualMap};
+pub use points::{PointsError, Samples};
 pub use power::Power;
 pub(crate) use report::p_value;
 pub use report::{Conclusion, Report};
 pub use settings::{Drawn, Settings, Verify};
+pub use streams::{Streams, streams};
+pub use two_sample::{Compare, CompareSamples, compare, compare_samples};
 
 use crate::sampler::Sampler;
 

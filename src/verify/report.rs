@@ -1,6 +1,6 @@
 //! Judges the findings of a whole run together.
 
-use super::examination::Examination;
+use super::examination::{Against, Examination};
 use super::finding::{Evidence, Finding, Verdict};
 use super::power::Power;
 use super::settings::Settings;
@@ -122,9 +122,14 @@ impl Display for Report {
                 continue;
             }
             self.write_failure(f, i)?;
+            let call = match examination.against {
+                Against::Density => "verify(&sampler)",
+                Against::Sampler(_) => "verify::compare(&first, &second)",
+                Against::Points(_) | Against::Relations => continue, // the points are the caller's
+            };
             writeln!(
                 f,
-                "  replay: warpcheck::verify(&sampler).samples({}).seed({}).alpha({})",
+                "  replay: warpcheck::{call}.samples({}).seed({}).alpha({})",
                 examination.samples, self.seed, self.alpha
             )?;
         }
@@ -138,11 +143,10 @@ impl Report {
         let examination = &self.examinations[sampler];
         let mut by_counts = false;
         let (integral, error) = examination.integral;
-        writeln!(
-            f,
-            "  the density integrates to {integral:.6} +- {error:.0e}; {} of {} samples were rejected",
-            examination.rejected, examination.samples
-        )?;
+        if examination.against == Against::Density && !integral.is_nan() {
+            write!(f, "  the density integrates to {integral:.6} +- {error:.0e}; ")?;
+            writeln!(f, "{} of {} samples were rejected", examination.rejected, examination.samples)?;
+        }
         for conclusion in self.conclusions[sampler].iter().filter(|c| c.verdict != Verdict::Pass) {
             let finding = &conclusion.finding;
             write!(f, "  {}: {}", conclusion.verdict, finding.check)?;

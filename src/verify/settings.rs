@@ -1,8 +1,10 @@
 //! What a verification is told: how many samples, which seed, how sure.
 
-use super::examination::{Examination, examine};
+use super::examination::{Against, Examination, examine};
+use super::finding::{Finding, Verdict};
 use super::probe::{Extras, Known, Subject};
 use super::report::Report;
+use crate::domain::Space;
 use crate::sampler::{PointOf, Sampler};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -221,6 +223,9 @@ impl<'a, S: Sampler> Verify<'a, S> {
 
     /// Runs the checks without judging them, so that several samplers can be judged in one [`Report`].
     pub fn examine(self) -> Examination {
+        if !self.sampler.has_density() {
+            return without_density(self.name, &self.sampler.domain());
+        }
         examine(&Subject::new(self.sampler, &self.extras), self.name, &self.settings)
     }
 
@@ -228,5 +233,13 @@ impl<'a, S: Sampler> Verify<'a, S> {
     pub fn run(self) -> Report {
         let settings = self.settings.clone();
         Report::new(vec![self.examine()], &settings)
+    }
+}
+
+fn without_density(name: String, space: &dyn Space) -> Examination {
+    let detail = "the sampler has no density to hold its samples against; verify::compare holds them against those of another sampler";
+    Examination {
+        findings: vec![Finding::certain("density", Verdict::Inconclusive, detail)],
+        ..Examination::bare(name, space, 0, Against::Density)
     }
 }
