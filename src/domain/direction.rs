@@ -115,6 +115,10 @@ impl Space for Sphere {
 }
 
 impl Domain for Sphere {
+    fn magnitude(&self, _: &DVec3) -> f64 {
+        1.0
+    }
+
     type Point = DVec3;
 
     fn displacement(&self, from: &DVec3, to: &DVec3) -> Option<[f64; 2]> {
@@ -194,6 +198,10 @@ impl Space for Hemisphere {
 }
 
 impl Domain for Hemisphere {
+    fn magnitude(&self, _: &DVec3) -> f64 {
+        1.0
+    }
+
     type Point = DVec3;
 
     fn displacement(&self, from: &DVec3, to: &DVec3) -> Option<[f64; 2]> {

@@ -97,6 +97,10 @@ impl Space for Interval {
 }
 
 impl Domain for Interval {
+    fn magnitude(&self, x: &f64) -> f64 {
+        x.abs().max(1e-3 * if self.measure().is_finite() { self.measure() } else { 1.0 })
+    }
+
     type Point = f64;
 
     fn point(&self, _: usize, at: [f64; 2]) -> (f64, f64) {

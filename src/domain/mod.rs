@@ -145,6 +145,12 @@ pub trait Domain: Space + Clone {
             .collect()
     }
 
+    /// How large the numbers are that [`displacement`](Self::displacement) is formed from: what one rounding of a point is relative to.
+    fn magnitude(&self, _point: &Self::Point) -> f64 {
+        let measure = self.measure();
+        if measure.is_finite() { measure.powf(1.0 / self.axes().max(1) as f64) } else { 1.0 }
+    }
+
     /// The step from one point to a nearby one, in coordinates whose determinant is the measure at `from` (those past the domain's axes are
     /// 0); `None` between patches or out of the domain. What derivatives of a sampler are formed from.
     fn displacement(&self, from: &Self::Point, to: &Self::Point) -> Option<[f64; 2]> {

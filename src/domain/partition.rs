@@ -190,11 +190,6 @@ impl Partition {
         &self.leaves
     }
 
-    /// Every node of the tree with the leaves below it, the whole first.
-    pub(crate) fn nodes(&self) -> impl Iterator<Item = (&Cell, Range<usize>)> {
-        self.nodes.iter().map(|node| (&node.cell, node.leaves.clone()))
-    }
-
     /// Where quadrature over a leaf should cut first: at distances from its pilots that double, as far as the leaf is much larger than
     /// the box that they span. So a cell at the edge of a light or a lobe, nearly all of it empty, is looked at where the mass is.
     pub fn grading(&self, leaf: usize) -> Knots {

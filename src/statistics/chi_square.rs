@@ -223,6 +223,46 @@ fn accumulate(observed: &[u64], expected: &[f64], cell: impl Fn(f64, f64) -> f64
     Figure::new(sum.value(), (cells - 1) as f64)
 }
 
+/// Pearson's test of independence of the rows and columns of a table of counts, given row by row, against the counts that its own margins give, with
+/// (rows - 1)(columns - 1) degrees of freedom (Pearson 1904; Agresti, "Categorical Data Analysis", section 3.2). Empty rows and columns don't count.
+///
+/// # Errors
+/// A number of counts that is no multiple of `columns`, or fewer than two rows or columns with any.
+///
+/// ```
+/// use warpcheck::statistics::chi_square;
+/// let figure = chi_square::independence(&[10, 20, 20, 40, 0, 0], 2)?;
+/// assert_eq!((figure.statistic, figure.df), (0.0, 1.0));
+/// # Ok::<(), warpcheck::statistics::Error>(())
+/// ```
+pub fn independence(counts: &[u64], columns: usize) -> Result<Figure, Error> {
+    let rows = counts.len() / columns.max(1);
+    require(
+        columns > 0 && counts.len() == rows * columns,
+        "columns",
+        columns as f64,
+        "a divisor of the number of counts",
+    )?;
+    let at = |row: usize, column: usize| counts[row * columns + column] as f64;
+    let row_sums: Vec<f64> = (0..rows).map(|r| (0..columns).map(|c| at(r, c)).sum()).collect();
+    let column_sums: Vec<f64> = (0..columns).map(|c| (0..rows).map(|r| at(r, c)).sum()).collect();
+    let filled = |sums: &[f64]| sums.iter().filter(|&&sum| sum > 0.0).count() as u64;
+    for (name, sums) in [("rows with counts", &row_sums), ("columns with counts", &column_sums)] {
+        if filled(sums) < 2 {
+            return Err(Error::TooFew { name, len: filled(sums), min: 2 });
+        }
+    }
+    let n: f64 = row_sums.iter().sum();
+    let mut sum = CompensatedSum::new();
+    for (r, row) in row_sums.iter().enumerate().filter(|(_, sum)| **sum > 0.0) {
+        for (c, column) in column_sums.iter().enumerate().filter(|(_, sum)| **sum > 0.0) {
+            let expected = row * (column / n);
+            sum.add((at(r, c) - expected) * ((at(r, c) - expected) / expected));
+        }
+    }
+    Figure::new(sum.value(), ((filled(&row_sums) - 1) * (filled(&column_sums) - 1)) as f64)
+}
+
 /// P(chi^2 >= x) with `df` degrees of freedom: the p-value of a statistic `x`.
 ///
 /// Relative error below 1e-12 for df from 0.1 to 1e6, down to p = 1e-300. With df = 0 the distribution is a point at 0:

@@ -1,7 +1,6 @@
 //! Samples don't depend on each other, nor on what is left over of their variates.
 //!
-//! Tables of counts, class by class, tested for independence by Pearson's X^2 with (rows - 1)(columns - 1) degrees of freedom against the counts that
-//! their own margins give (Pearson 1904; Agresti, "Categorical Data Analysis", section 3.2): no expected count enters, so no error of one.
+//! Tables of counts, class by class, are tested against the counts that their own margins give: no expected count enters, so no error of one.
 
 use super::check::{Case, Check, Rests};
 use super::expectation::{Expectation, LEAST};
@@ -11,6 +10,8 @@ use super::tally::{CLASSES, classes};
 use crate::random::{fill_unit, stream};
 use crate::statistics::chi_square;
 
+/// What the lightest cell of a table expects at least; the cells beside it expect more (Cochran 1954).
+const LIGHT: f64 = 2.0;
 /// Samples of each of two streams that are held against each other.
 const STREAM: usize = 1 << 14;
 
@@ -79,45 +80,32 @@ fn streams(probe: &dyn Probe, expectation: &Expectation, seed: u64) -> Vec<u64> 
     counts
 }
 
-/// Independence of rows and columns; `None` with fewer than two of either.
+/// Independence of rows and columns, but for those so light that a cell expects less than [`LIGHT`]; `None` with fewer than two of either.
 fn table(check: &'static str, part: &str, counts: &[u64], columns: usize) -> Option<Finding> {
+    let mut counts = counts.to_vec();
     let rows = counts.len() / columns.max(1);
-    let row_sums: Vec<f64> = counts.chunks_exact(columns).map(|row| row.iter().sum::<u64>() as f64).collect();
-    let column_sums: Vec<f64> =
-        (0..columns).map(|c| counts.iter().skip(c).step_by(columns).sum::<u64>() as f64).collect();
-    let n: f64 = row_sums.iter().sum();
-    // Rows and columns so light that their smallest cell expects too little are left out.
-    let heaviest = |sums: &[f64]| sums.iter().copied().fold(0.0, f64::max);
-    let keep = |sums: &[f64], other: f64| -> Vec<usize> {
-        (0..sums.len())
-            .filter(|&i| sums[i] * other / columns as f64 >= LEAST * n / 4.0 && sums[i] > 0.0)
-            .collect()
-    };
-    let (used_rows, used_columns) =
-        (keep(&row_sums, heaviest(&column_sums)), keep(&column_sums, heaviest(&row_sums)));
-    let at = |r: usize, c: usize| counts[r * columns + c] as f64;
-    let row_total: Vec<f64> = (0..rows).map(|r| used_columns.iter().map(|&c| at(r, c)).sum()).collect();
-    let column_total: Vec<f64> = (0..columns).map(|c| used_rows.iter().map(|&r| at(r, c)).sum()).collect();
-    let total: f64 = used_rows.iter().map(|&r| row_total[r]).sum();
-    let (mut statistic, mut expects_enough) = (0.0, true);
-    for &r in &used_rows {
-        for &c in &used_columns {
-            let expected = row_total[r] * column_total[c] / total;
-            expects_enough &= expected >= LEAST / 4.0;
-            statistic += (at(r, c) - expected).powi(2) / expected;
+    loop {
+        let row_sums: Vec<u64> = counts.chunks_exact(columns).map(|row| row.iter().sum()).collect();
+        let column_sums: Vec<u64> =
+            (0..columns).map(|c| counts.iter().skip(c).step_by(columns).sum()).collect();
+        let lightest = |sums: &[u64]| {
+            sums.iter().copied().enumerate().filter(|(_, sum)| *sum > 0).min_by_key(|(_, sum)| *sum)
+        };
+        let ((row, a), (column, b)) = (lightest(&row_sums)?, lightest(&column_sums)?);
+        let n: u64 = row_sums.iter().sum();
+        if a as f64 * b as f64 >= LIGHT * n as f64 {
+            break;
+        }
+        // The margins themselves decide what is left out, and a table is judged given its margins.
+        if a <= b {
+            counts[row * columns..][..columns].fill(0);
+        } else {
+            (0..rows).for_each(|row| counts[row * columns + column] = 0);
         }
     }
-    if used_rows.len() < 2 || used_columns.len() < 2 || !expects_enough {
-        return None;
-    }
-    let df = ((used_rows.len() - 1) * (used_columns.len() - 1)) as f64;
-    let p = chi_square::sf(statistic, df).unwrap_or(f64::NAN);
-    let detail = format!(
-        "X^2 = {statistic:.1} at {df} degrees of freedom, {} x {} classes",
-        used_rows.len(),
-        used_columns.len()
-    );
-    Some(Finding::new(check, Evidence::Chance { p, conservative: p }, detail).part(part))
+    let figure = chi_square::independence(&counts, columns).ok()?;
+    let detail = format!("X^2 = {:.1} at {} degrees of freedom", figure.statistic, figure.df);
+    Some(Finding::new(check, Evidence::Chance { p: figure.p, conservative: figure.p }, detail).part(part))
 }
 
 fn uniform(check: &'static str, counts: &[u64]) -> Option<Finding> {

@@ -24,8 +24,8 @@ const LATTICE: f64 = 1_048_576.0;
 const ROOM: f64 = 1.0 / 64.0;
 const LARGEST_STEP: f64 = 1.0 / 32.0;
 const STEPS: usize = 28;
-/// Rounding of an `f32` point, relative to the size of the domain.
-const ROUNDING: f64 = 6e-8;
+/// Rounding of an `f32` point, relative to its size: a last place or two, and 1.5 of those in a difference.
+const ROUNDING: f64 = 2e-7;
 /// A place answers if the relative error of its identity is below this.
 const ACCURATE: f64 = 0.01;
 /// Relative difference that is no rounding of an `f32` density.
@@ -182,8 +182,7 @@ fn sum(probe: &dyn Probe, density: f64, preimages: &[Preimage]) -> Answer {
 fn determinant(probe: &dyn Probe, xi: &[f64], selecting: usize) -> Option<(f64, f64)> {
     let axes = probe.space().axes();
     let room = xi[selecting..selecting + axes].iter().fold(1.0_f64, |room, &x| room.min(x).min(1.0 - x));
-    let measure = probe.space().measure();
-    let size = if measure.is_finite() { measure.powf(1.0 / axes as f64) } else { 1.0 };
+    let size = probe.magnitude(xi);
     let differentiate = |step: f64| Difference::new(probe, xi, selecting, axes, step);
     let mut step = LARGEST_STEP;
     let (mut last, mut last_bend): ([Option<f64>; 2], f64) = ([None; 2], f64::INFINITY);

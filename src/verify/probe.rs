@@ -91,6 +91,8 @@ pub(super) trait Probe: Sync {
     fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64>;
     /// The displacement from the sample of one set of variates to that of another, and the density asked at the latter.
     fn displacement(&self, from: &[f64], to: &[f64]) -> Option<([f64; 2], f64)>;
+    /// How large the numbers of its point are; 0 if there is none.
+    fn magnitude(&self, xi: &[f64]) -> f64;
     /// All preimages of the sample of `xi`, if the sampler lists them.
     fn preimages(&self, xi: &[f64]) -> Option<Vec<Preimage>>;
     fn round_trip(&self, xi: &[f64]) -> Option<RoundTrip>;
@@ -205,6 +207,10 @@ impl<S: Sampler> Probe for Subject<'_, S> {
     fn displacement(&self, from: &[f64], to: &[f64]) -> Option<([f64; 2], f64)> {
         let (from, to) = (self.sampler.sample(from)?.point, self.sampler.sample(to)?.point);
         Some((self.domain.displacement(&from, &to)?, self.sampler.density(&to)))
+    }
+
+    fn magnitude(&self, xi: &[f64]) -> f64 {
+        self.sampler.sample(xi).map_or(0.0, |sample| self.domain.magnitude(&sample.point))
     }
 
     fn preimages(&self, xi: &[f64]) -> Option<Vec<Preimage>> {

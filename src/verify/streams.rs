@@ -283,23 +283,10 @@ fn join_light(of_leaf: &[Option<usize>], leaves: &[f64], groups: usize, n: usize
 
 /// Pearson's test of independence of rows and columns; `None` with fewer than two of either.
 fn table(part: String, counts: &[u64], classes: usize) -> Option<Finding> {
-    let sum = |at: &dyn Fn(usize) -> usize| (0..classes).map(|k| counts[at(k)]).sum::<u64>() as f64;
-    let rows: Vec<f64> = (0..classes).map(|row| sum(&|k| row * classes + k)).collect();
-    let columns: Vec<f64> = (0..classes).map(|column| sum(&|k| k * classes + column)).collect();
-    let n: f64 = rows.iter().sum();
-    let filled = |sums: &[f64]| sums.iter().filter(|&&sum| sum > 0.0).count();
-    if filled(&rows) < 2 || filled(&columns) < 2 {
-        return None;
-    }
-    let cells = counts.iter().enumerate().map(|(i, &count)| {
-        let expected = rows[i / classes] * columns[i % classes] / n;
-        if expected > 0.0 { (count as f64 - expected).powi(2) / expected } else { 0.0 }
-    });
-    let statistic: f64 = cells.sum();
-    let df = ((filled(&rows) - 1) * (filled(&columns) - 1)) as f64;
-    let p = chi_square::sf(statistic, df).unwrap_or(f64::NAN);
-    let detail = format!("X^2 = {statistic:.1} at {df} degrees of freedom, {classes} classes");
-    Some(chance(p, detail).part(part))
+    let figure = chi_square::independence(counts, classes).ok()?;
+    let detail =
+        format!("X^2 = {:.1} at {} degrees of freedom, {classes} classes", figure.statistic, figure.df);
+    Some(chance(figure.p, detail).part(part))
 }
 
 /// How often runs are equal, and where they are first, as (stream, index).
