@@ -242,14 +242,12 @@ fn least_likely_leaf(case: &Case<'_>) -> Option<Finding> {
     let place = case.probe.space().describe(&case.expectation.partition.leaves()[worst]);
     finding.detail = format!("{}, at {place}; the worst of {} leaves", finding.detail, leaves.len());
     let level = 1e-5 / leaves.len() as f64;
-    Some(
-        finding.sees(format!(
+    Some(finding.sees(format!(
             "{} samples where none are expected",
             (1..)
                 .find(|&k| binomial::upper_tail(k, tally.samples, 1e-3 / n).is_ok_and(|p| p < level))
                 .unwrap_or(1)
-        )),
-    )
+        )))
 }
 
 /// The exact test of one count whose probability is known to lie in an interval.
