@@ -47,7 +47,15 @@ where
         let (sample, density): (Sample<'_, D::Point>, Density<'_, D::Point>) =
             (Box::new(sample), Box::new(density));
         let sampler = from_fn(self.domain.clone(), sample, density).with_knots(self.knots.clone());
-        let report = verify(&sampler).samples(SAMPLES).seed(SEED).run();
+        // Without what rests on quadrature where others fail too: it is made again where it is doubted, which takes far longer than the diagnosis.
+        let run = |without: &[&str]| {
+            let run = verify(&sampler).samples(SAMPLES).seed(SEED);
+            without.iter().fold(run, |run, check| run.without(check)).run()
+        };
+        let mut report = run(&["normalisation", "chi-square", "distribution"]);
+        if report.verdict() == Verdict::Pass {
+            report = run(&[]);
+        }
         (report.verdict(), report.examinations[0].diagnosis.clone())
     }
 
@@ -154,13 +162,12 @@ fn discrete() {
     judge(&bench.outcomes, 0.8);
 }
 
+/// One variate in 2^53 gives no number, which no count shows.
 #[test]
-fn an_entry_of_mass_0_at_the_variate_0() {
-    let p = [0.0, 0.25, 0.5, 0.25];
-    let mut bench = Bench::new(Discrete::new(4));
-    // The entry of the first cumulative sum that is at least xi: < where <= belongs.
-    let sample = |[xi, ..]: [f64; 4]| Some([0.0, 0.25, 0.75, 1.0].partition_point(|&c| c < xi));
-    bench.broken("lower bound for upper bound", &["entry of mass 0"], sample, |i| p[i]);
+fn not_a_number_at_the_variate_0() {
+    let mut bench = Bench::new(Interval::positive());
+    let sample = |[xi, ..]: [f64; 4]| Some(-xi.ln() * if xi == 0.0 { 0.0 } else { 1.0 });
+    bench.broken("0 times infinity", &["not finite at the end"], sample, |x| (-x).exp());
     judge(&bench.outcomes, 1.0);
 }
 
@@ -324,9 +331,15 @@ fn hemisphere() {
         "drawn again",
         &["rejected samples drawn again"],
         |[a, b, c, d]| {
-            let fresh = |k: f64| ((c * 977.0 + k * 0.618_034).fract(), (d * 983.0 + k * 0.414_214).fract());
-            at_grazing(a, b)
-                .or_else(|| (0..64).find_map(|k| at_grazing(fresh(f64::from(k)).0, fresh(f64::from(k)).1)))
+            // Tries of their own, by a hash of the variates (Steele, Lea and Flood 2014).
+            let fresh = |k: u64| {
+                let mut x = c.to_bits() ^ d.to_bits().rotate_left(32) ^ k.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+                for factor in [0xbf58_476d_1ce4_e5b9_u64, 0x94d0_49bb_1331_11eb] {
+                    x = (x ^ (x >> 30)).wrapping_mul(factor);
+                }
+                (x ^ (x >> 31)) as f64 / 2.0_f64.powi(64)
+            };
+            at_grazing(a, b).or_else(|| (1..64).find_map(|k| at_grazing(fresh(2 * k), fresh(2 * k + 1))))
         },
         |w| f64::from(grazing.density(w.as_vec3())),
     );

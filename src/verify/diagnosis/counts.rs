@@ -8,6 +8,8 @@ const CELLS: [u64; 2] = [16, 1024];
 const PER_CELL: u64 = 100;
 /// An expected count that no hypothesis is held below: a single stray sample must not rule one out.
 const LEAST: f64 = 1e-3;
+/// A relative error of a mass from which on it is no more than a guess.
+const SLIVER: f64 = 0.1;
 /// A fit whose p-value is above this is taken for right.
 const ACCEPTED: f64 = 1e-5;
 
@@ -21,6 +23,8 @@ pub(super) struct Counts {
     pub claimed: Vec<f64>,
     /// What quadrature can't tell of them.
     errors: Vec<f64>,
+    /// Where it can tell hardly anything, how much more or less may be there: slivers of a support that ends in the cell.
+    slivers: Vec<f64>,
     /// Samples in the cells.
     pub drawn: f64,
     /// All samples that say something: those and the rejected ones.
@@ -43,6 +47,11 @@ impl Counts {
         let observed = gather(&of_leaf, groups.cells.len(), tally.per_leaf.iter().map(|&count| count as f64));
         let claimed = gather(&of_leaf, groups.cells.len(), leaves.iter().map(|leaf| leaf.value));
         let errors = gather(&of_leaf, groups.cells.len(), leaves.iter().map(|leaf| leaf.error));
+        let slivers = claimed
+            .iter()
+            .zip(&errors)
+            .map(|(&mass, &error)| if error > SLIVER * mass { error / total } else { 0.0 })
+            .collect();
         let (drawn, rejected) = (observed.iter().sum::<f64>(), tally.rejected as f64);
         Self {
             places: groups.cells.iter().map(|cell| case.probe.space().describe(cell)).collect(),
@@ -50,6 +59,7 @@ impl Counts {
             observed,
             claimed,
             errors,
+            slivers,
             drawn,
             all: drawn + rejected,
             rejected,
@@ -73,7 +83,14 @@ impl Counts {
 
     /// G of the drawn samples against masses that sum to 1.
     pub fn g(&self, shape: &[f64]) -> f64 {
-        self.observed.iter().zip(shape).map(|(&o, &m)| deviance(o, self.drawn * m)).sum()
+        let cell = |((&o, &m), &sliver): ((&f64, &f64), &f64)| {
+            let (expected, loose) = (self.drawn * m, self.drawn * sliver);
+            deviance(
+                o,
+                if loose > 0.0 { o.clamp((expected - loose).max(0.0), expected + loose) } else { expected },
+            )
+        };
+        self.observed.iter().zip(shape).zip(&self.slivers).map(cell).sum()
     }
 
     /// G of all samples against the masses as claimed, whatever they sum to (Poisson deviance).

@@ -112,14 +112,24 @@ impl Collector<'_> {
     }
 
     fn factors(&mut self) {
+        let rows = &self.case.probe.knots().axes[0];
         for factor in self.space().factors() {
             self.factor(factor.name, &factor.value);
+            if !rows.is_empty() {
+                // A table weights whole rows by the factor at their centres.
+                self.factor(factor.name, &|l| {
+                    let row = rows.partition_point(|&k| k <= l.at[0]);
+                    let low = if row == 0 { 0.0 } else { rows[row - 1] };
+                    let high = rows.get(row).copied().unwrap_or(1.0);
+                    (factor.value)(&Location { at: [0.5 * (low + high), l.at[1]], ..*l })
+                });
+            }
         }
         // A lobe that is not about +Z has its own sine and cosine.
         let mut mean = DVec3::ZERO;
-        for node in &self.nodes.nodes {
+        for (node, mass) in self.nodes.weighted() {
             let Some(w) = self.space().direction(&node.location) else { return };
-            mean += node.weight * node.chart_density() * w;
+            mean += mass * w;
         }
         let axis = mean.normalize_or_zero();
         if mean.length() > 0.1 * self.nodes.claimed.iter().sum::<f64>() && axis.z.abs() < 0.999_99 {
@@ -173,7 +183,7 @@ impl Collector<'_> {
         };
         let shape = mix(w);
         self.all.push(Hypothesis {
-            name: format!("share of {name}"),
+            name: format!("share of {}", name.trim_start_matches("of ")),
             text,
             parameters: 1,
             shape,
@@ -477,7 +487,7 @@ pub(super) fn constant(ratio: f64, tolerance: f64, patches: usize) -> Option<Str
     }
     // (n + 2) / (n + 1), as far as whole numbers can be told apart.
     let (inverse, n) = (1.0 / (ratio - 1.0), (1.0 / (ratio - 1.0)).round() - 1.0);
-    let told_apart = inverse * inverse * tolerance < 0.2;
+    let told_apart = inverse * inverse * tolerance < 0.4;
     if n >= 1.0 && told_apart && near((n + 2.0) / (n + 1.0)) {
         return Some(format!("(n + 2) / (n + 1), n = {n}"));
     }

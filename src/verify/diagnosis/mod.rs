@@ -22,11 +22,11 @@ use nodes::Nodes;
 /// 2 ln L by which a hypothesis must be better than the claimed shape before it is named: a p-value of 1e-8 or so over all hypotheses.
 const GAIN: f64 = 50.0;
 /// Share of the excess of G that may be left.
-const LEFT: f64 = 0.03;
+const LEFT: f64 = 0.05;
 /// Noncentrality under which two hypotheses look the same.
 const ALIKE: f64 = 9.0;
 /// Relative error that a constant may have and still be named.
-const NEAR: f64 = 2e-4;
+const NEAR: f64 = 3e-5;
 /// Other hypotheses that are listed.
 const OTHERS: usize = 3;
 

@@ -57,8 +57,15 @@ impl Nodes {
         let stride = probe.space().patches().div_ceil(PATCHES);
         let per_leaf = crate::parallel::map(leaves.len(), |leaf| {
             let cell = &leaves[leaf];
+            // Where most of a cell is empty, closer to its samples.
+            let grading = partition.grading(leaf);
+            let graded = grading.axes.iter().any(|cuts| !cuts.is_empty());
+            let panels = if graded { 1 } else { panels };
             let along = |axis: usize| -> Vec<(f64, f64)> {
-                if axis < axes { points(cell, axis, probe.knots(), panels) } else { vec![(0.0, 1.0)] }
+                if axis >= axes {
+                    return vec![(0.0, 1.0)];
+                }
+                points(cell, axis, probe.knots(), &grading, panels)
             };
             let (first, second) = (along(0), along(1));
             let mut nodes = Vec::new();
@@ -126,29 +133,39 @@ impl Nodes {
         masses
     }
 
+    /// Each node with the claimed mass that it stands for.
+    pub fn weighted(&self) -> impl Iterator<Item = (&Node, f64)> {
+        self.of_leaf.iter().enumerate().flat_map(|(leaf, range)| {
+            let raw = self.raw[leaf];
+            let correction = if raw > 0.0 { self.claimed[leaf] / raw } else { 0.0 };
+            self.nodes[range.clone()]
+                .iter()
+                .map(move |node| (node, correction * node.weight * node.chart_density()))
+        })
+    }
+
     /// Sums over classes of nodes, of the claimed mass and of the domain's measure.
     pub fn by_class(&self, count: usize, class: &dyn Fn(&Location) -> usize) -> (Vec<f64>, Vec<f64>) {
         let (mut masses, mut measures) = (vec![0.0; count], vec![0.0; count]);
-        for (leaf, range) in self.of_leaf.iter().enumerate() {
-            let correction = if self.raw[leaf] > 0.0 { self.claimed[leaf] / self.raw[leaf] } else { 1.0 };
-            for node in &self.nodes[range.clone()] {
-                let class = class(&node.location);
-                masses[class] += correction * node.weight * node.chart_density();
-                measures[class] += node.weight * charted(1.0, node.jacobian);
-            }
+        for (node, mass) in self.weighted() {
+            let class = class(&node.location);
+            masses[class] += mass;
+            measures[class] += node.weight * charted(1.0, node.jacobian);
         }
         (masses, measures)
     }
 }
 
 /// Points and weights along one axis of a cell, between its knots if they are few.
-fn points(cell: &Cell, axis: usize, knots: &Knots, panels: usize) -> Vec<(f64, f64)> {
+fn points(cell: &Cell, axis: usize, knots: &Knots, grading: &Knots, panels: usize) -> Vec<(f64, f64)> {
     let (low, high) = (cell.low[axis], cell.high[axis]);
     let mut ends = vec![low];
     let inside = knots.axes[axis].iter().copied().filter(|&k| k > low && k < high);
     if inside.clone().take(PIECES).count() < PIECES {
         ends.extend(inside);
     }
+    ends.extend(grading.axes[axis].iter().copied().filter(|&x| x > low && x < high));
+    ends.sort_by(f64::total_cmp);
     ends.push(high);
     let piece = |ends: &[f64]| {
         let (start, width) = (ends[0], (ends[1] - ends[0]) / panels as f64);
