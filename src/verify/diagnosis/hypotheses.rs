@@ -218,7 +218,7 @@ impl Collector<'_> {
     /// Tables looked up half a cell or one cell beside where they should be.
     fn shifts(&mut self) {
         let names = self.space().axis_names();
-        for axis in 0..self.space().axes() {
+        for (axis, along) in names.into_iter().enumerate().take(self.space().axes()) {
             let Some(count) = even_spacing(&self.case.probe.knots().axes[axis]) else { continue };
             let wraps = self.space().wraps(axis);
             for (cells, words) in [(0.5, "half a cell"), (1.0, "one cell")] {
@@ -234,7 +234,6 @@ impl Collector<'_> {
                     };
                     let confusion =
                         Confusion { name: "shift", origins: Box::new(origins), keeps: Keeps::Chart };
-                    let along = names[axis];
                     let text = format!(
                         "samples lie {words} {} along {along} of where the density has them",
                         if sign > 0.0 { "ahead" } else { "behind" }

@@ -213,7 +213,9 @@ fn constant(case: &Case<'_>, counts: &Counts, shape: &[f64]) -> Option<Diagnosis
     let (name, text) = match known {
         Some(known) => (
             format!("constant {known}"),
-            format!("the shape of the density is right, but it is {known} times too large; {figures}"),
+            format!(
+                "the shape of the density is right, but it is {known} times what it should be; {figures}"
+            ),
         ),
         None if ratio < 1.0 && counts.rejected < 0.5 * counts.all * counts.rejected_claimed => (
             "rejected samples drawn again".to_owned(),
