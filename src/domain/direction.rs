@@ -4,7 +4,7 @@
 //! d omega = sin theta d theta d phi. The angles come from `atan2`, so that the last bits of a direction near
 //! either pole are kept.
 
-use super::{Cell, Domain, Location, Outside, Space, TOLERANCE};
+use super::{Cell, Confusion, Domain, Factor, Keeps, Location, Outside, Space, TOLERANCE};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -63,9 +63,92 @@ fn describe(cell: &Cell, theta_range: f64) -> String {
     )
 }
 
+/// The direction at chart coordinates, for a chart whose theta ends at `range`.
+fn charted(at: [f64; 2], range: f64) -> DVec3 {
+    direction(at[0] * range, at[1] * TAU)
+}
+
+/// Points uniform in a cube around the origin, normalised without rejecting the corners: along w it reaches 1 / max |w_i|, and the density is the
+/// cube of that.
+fn normalised_cube(w: DVec3) -> f64 {
+    w.abs().max_element().powi(-3)
+}
+
+fn turned(x: f64, turn: f64) -> f64 {
+    (x + turn).rem_euclid(1.0)
+}
+
+/// What turns and mirrors phi, which every domain with a polar chart has.
+pub(super) fn of_phi() -> Vec<Confusion> {
+    use Keeps::Measure;
+    vec![
+        Confusion::new("phi reversed", Measure, |[a, b]| [a, 1.0 - b]),
+        Confusion::new("phi half a turn off", Measure, |[a, b]| [a, turned(b, 0.5)]),
+        Confusion::new("phi a quarter turn off", Measure, |[a, b]| [a, turned(b, 0.25)]),
+        Confusion::new("phi a quarter turn off", Measure, |[a, b]| [a, turned(b, -0.25)]),
+        Confusion::new("x mirrored", Measure, |[a, b]| [a, turned(0.5, -b)]),
+        Confusion::new("x and y exchanged", Measure, |[a, b]| [a, turned(0.25, -b)]),
+    ]
+}
+
+/// An isometry of the sphere as a map of chart coordinates.
+fn moved(at: [f64; 2], map: fn(DVec3) -> DVec3) -> [f64; 2] {
+    let w = map(charted(at, PI));
+    [w.x.hypot(w.y).atan2(w.z) / PI, turned(w.y.atan2(w.x) / TAU, 0.0)]
+}
+
 impl Space for Sphere {
     fn embed(&self, location: &Location) -> [f64; 3] {
         self.point(0, location.at).0.into()
+    }
+
+    fn factors(&self) -> Vec<Factor> {
+        vec![
+            Factor { name: "sin theta", value: |l| (l.at[0] * PI).sin() },
+            Factor { name: "cos theta", value: |l| (l.at[0] * PI).cos().abs() },
+        ]
+    }
+
+    fn usual_densities(&self) -> Vec<Factor> {
+        vec![
+            Factor { name: "uniform in theta and phi", value: |l| 1.0 / (l.at[0] * PI).sin() },
+            Factor { name: "of a normalised cube", value: |l| normalised_cube(charted(l.at, PI)) },
+            Factor {
+                name: "cosine-weighted on the upper hemisphere",
+                value: |l| (l.at[0] * PI).cos().max(0.0),
+            },
+            Factor { name: "uniform on the upper hemisphere", value: |l| f64::from(u8::from(l.at[0] < 0.5)) },
+        ]
+    }
+
+    fn confusions(&self) -> Vec<Confusion> {
+        use Keeps::{Chart, Measure};
+        let mut all = of_phi();
+        all.extend([
+            Confusion::new("v flipped (theta from the other pole)", Measure, |[a, b]| [1.0 - a, b]),
+            Confusion::new("opposite direction", Measure, |[a, b]| [1.0 - a, turned(b, 0.5)]),
+            Confusion::new("theta and phi exchanged", Chart, |[a, b]| [b, a]),
+            Confusion::new("theta and phi exchanged", Measure, |[a, b]| [b, a]),
+            Confusion::new("y and z exchanged", Measure, |at| moved(at, |w| DVec3::new(w.x, w.z, w.y))),
+            Confusion::new("y up for z up", Measure, |at| moved(at, |w| DVec3::new(w.x, -w.z, w.y))),
+            Confusion::new("y up for z up", Measure, |at| moved(at, |w| DVec3::new(w.x, w.z, -w.y))),
+            Confusion::new("x and z exchanged", Measure, |at| moved(at, |w| DVec3::new(w.z, w.y, w.x))),
+            Confusion::new("axes rotated", Measure, |at| moved(at, |w| DVec3::new(w.y, w.z, w.x))),
+            Confusion::new("axes rotated", Measure, |at| moved(at, |w| DVec3::new(w.z, w.x, w.y))),
+        ]);
+        all
+    }
+
+    fn axis_names(&self) -> [&'static str; 2] {
+        ["theta", "phi"]
+    }
+
+    fn wraps(&self, axis: usize) -> bool {
+        axis == 1
+    }
+
+    fn direction(&self, location: &Location) -> Option<DVec3> {
+        Some(charted(location.at, PI))
     }
 
     fn cell_measure(&self, cell: &Cell) -> f64 {
@@ -143,6 +226,50 @@ impl Domain for Sphere {
 impl Space for Hemisphere {
     fn embed(&self, location: &Location) -> [f64; 3] {
         self.point(0, location.at).0.into()
+    }
+
+    fn factors(&self) -> Vec<Factor> {
+        vec![
+            Factor { name: "cos theta", value: |l| (l.at[0] * FRAC_PI_2).cos() },
+            Factor { name: "sin theta", value: |l| (l.at[0] * FRAC_PI_2).sin() },
+        ]
+    }
+
+    fn usual_densities(&self) -> Vec<Factor> {
+        vec![
+            Factor { name: "cosine-weighted", value: |l| (l.at[0] * FRAC_PI_2).cos() },
+            Factor { name: "uniform in theta and phi", value: |l| 1.0 / (l.at[0] * FRAC_PI_2).sin() },
+            // The disk without its Jacobian lifted up: d r = cos theta d theta, so cos / sin per solid angle.
+            Factor {
+                name: "of a radius without its square root",
+                value: |l| 1.0 / (l.at[0] * FRAC_PI_2).tan(),
+            },
+            Factor { name: "of a normalised cube", value: |l| normalised_cube(charted(l.at, FRAC_PI_2)) },
+        ]
+    }
+
+    fn confusions(&self) -> Vec<Confusion> {
+        use Keeps::{Chart, Measure};
+        let mut all = of_phi();
+        all.extend([
+            Confusion::new("theta from the horizon", Chart, |[a, b]| [1.0 - a, b]),
+            Confusion::new("sin theta and cos theta exchanged", Measure, |[a, b]| [1.0 - a, b]),
+            Confusion::new("theta and phi exchanged", Chart, |[a, b]| [b, a]),
+            Confusion::new("theta and phi exchanged", Measure, |[a, b]| [b, a]),
+        ]);
+        all
+    }
+
+    fn axis_names(&self) -> [&'static str; 2] {
+        ["theta", "phi"]
+    }
+
+    fn wraps(&self, axis: usize) -> bool {
+        axis == 1
+    }
+
+    fn direction(&self, location: &Location) -> Option<DVec3> {
+        Some(charted(location.at, FRAC_PI_2))
     }
 
     fn cell_measure(&self, cell: &Cell) -> f64 {

@@ -1,6 +1,7 @@
 //! A finite set of entries, measured by counting: a density is the probability mass of an entry.
 
-use super::{Cell, Domain, Location, Outside, Space};
+use super::mistake::of_indices;
+use super::{Cell, Confusion, Domain, Location, Outside, Space};
 
 /// The indices `0..len`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +32,10 @@ impl Discrete {
 }
 
 impl Space for Discrete {
+    fn confusions(&self) -> Vec<Confusion> {
+        of_indices(self.len)
+    }
+
     fn cell_measure(&self, cell: &Cell) -> f64 {
         cell.patches.len() as f64
     }

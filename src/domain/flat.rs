@@ -1,6 +1,7 @@
 //! Flat pieces: intervals (finite or not), the unit square, the unit disk.
 
-use super::{Cell, Domain, Location, Outside, Space, TOLERANCE};
+use super::direction::of_phi;
+use super::{Cell, Confusion, Domain, Factor, Keeps, Location, Outside, Space, TOLERANCE};
 use glam::DVec2;
 use std::f64::consts::TAU;
 
@@ -51,6 +52,13 @@ fn shrink(x: f64) -> f64 {
 }
 
 impl Space for Interval {
+    fn confusions(&self) -> Vec<Confusion> {
+        if self.low.is_finite() != self.high.is_finite() {
+            return Vec::new();
+        }
+        vec![Confusion::new("mirrored", Keeps::Measure, |[t, _]| [1.0 - t, 0.0])]
+    }
+
     fn cell_measure(&self, cell: &Cell) -> f64 {
         self.point(0, cell.high).0 - self.point(0, cell.low).0
     }
@@ -152,6 +160,22 @@ impl Domain for Interval {
 pub struct Square;
 
 impl Space for Square {
+    fn factors(&self) -> Vec<Factor> {
+        vec![Factor { name: "x", value: |l| l.at[0] }, Factor { name: "y", value: |l| l.at[1] }]
+    }
+
+    fn confusions(&self) -> Vec<Confusion> {
+        use Keeps::Measure;
+        vec![
+            Confusion::new("x mirrored", Measure, |[x, y]| [1.0 - x, y]),
+            Confusion::new("y mirrored", Measure, |[x, y]| [x, 1.0 - y]),
+            Confusion::new("x and y mirrored", Measure, |[x, y]| [1.0 - x, 1.0 - y]),
+            Confusion::new("x and y exchanged", Measure, |[x, y]| [y, x]),
+            Confusion::new("a quarter turn off", Measure, |[x, y]| [y, 1.0 - x]),
+            Confusion::new("a quarter turn off", Measure, |[x, y]| [1.0 - y, x]),
+        ]
+    }
+
     fn cell_measure(&self, cell: &Cell) -> f64 {
         (cell.high[0] - cell.low[0]) * (cell.high[1] - cell.low[1])
     }
@@ -213,6 +237,29 @@ impl Space for Disk {
     fn embed(&self, location: &Location) -> [f64; 3] {
         let p = self.point(0, location.at).0;
         [p.x, p.y, 0.0]
+    }
+
+    fn factors(&self) -> Vec<Factor> {
+        vec![Factor { name: "r", value: |l| l.at[0] }]
+    }
+
+    fn usual_densities(&self) -> Vec<Factor> {
+        vec![Factor { name: "uniform in r and phi", value: |l| 1.0 / l.at[0] }]
+    }
+
+    fn confusions(&self) -> Vec<Confusion> {
+        let mut all = of_phi();
+        all.push(Confusion::new("r and phi exchanged", Keeps::Chart, |[r, phi]| [phi, r]));
+        all.push(Confusion::new("r from the rim", Keeps::Chart, |[r, phi]| [1.0 - r, phi]));
+        all
+    }
+
+    fn axis_names(&self) -> [&'static str; 2] {
+        ["r", "phi"]
+    }
+
+    fn wraps(&self, axis: usize) -> bool {
+        axis == 1
     }
 
     fn cell_measure(&self, cell: &Cell) -> f64 {

@@ -11,6 +11,7 @@ mod atoms;
 mod direction;
 mod discrete;
 mod flat;
+mod mistake;
 mod partition;
 mod quadrature;
 mod surface;
@@ -19,6 +20,7 @@ pub use atoms::{Mixed, WithAtoms};
 pub use direction::{Hemisphere, Sphere};
 pub use discrete::Discrete;
 pub use flat::{Disk, Interval, Square};
+pub use mistake::{Confusion, Factor, Keeps};
 pub(crate) use partition::nearest;
 pub use partition::{Cell, Groups, Knots, Partition};
 pub use quadrature::{Integral, Integrator, integrate_at_random};
@@ -91,6 +93,36 @@ pub trait Space: Debug + Send + Sync + 'static {
 
     /// Where a cell is, for people: "theta 10.0..12.5 deg, phi 0.0..90.0 deg".
     fn describe(&self, cell: &Cell) -> String;
+
+    /// Factors that a density on this domain often lacks, or has once too often; the diagnosis tries them.
+    fn factors(&self) -> Vec<Factor> {
+        Vec::new()
+    }
+
+    /// Densities, up to a constant, that samples on this domain often have by mistake. The uniform one need not be among them.
+    fn usual_densities(&self) -> Vec<Factor> {
+        Vec::new()
+    }
+
+    /// Ways in which points of this domain are often put where other points belong.
+    fn confusions(&self) -> Vec<Confusion> {
+        Vec::new()
+    }
+
+    /// What the chart axes are called.
+    fn axis_names(&self) -> [&'static str; 2] {
+        ["x", "y"]
+    }
+
+    /// Whether the two ends of a chart axis are the same place.
+    fn wraps(&self, _axis: usize) -> bool {
+        false
+    }
+
+    /// The unit vector at a location, where points are directions.
+    fn direction(&self, _location: &Location) -> Option<glam::DVec3> {
+        None
+    }
 
     /// Width over height of the picture that [`picture_location`](Self::picture_location) fills.
     fn picture_aspect(&self) -> f64 {

@@ -3,7 +3,8 @@
 //! The chart of a triangle is Duffy's: b0 = 1 - s, b1 = s t, b2 = s (1 - t), with d area = 2 A s ds dt
 //! (Duffy 1982). It is neither of the two warps that samplers use.
 
-use super::{Cell, Domain, Location, Outside, Space, TOLERANCE};
+use super::mistake::of_indices;
+use super::{Cell, Confusion, Domain, Factor, Keeps, Location, Outside, Space, TOLERANCE};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -103,9 +104,78 @@ fn locate(b: DVec3) -> Result<[f64; 2], Outside> {
     Ok([s.min(1.0), if s > 0.0 { b.y / s } else { 0.0 }])
 }
 
+fn barycentric(at: [f64; 2]) -> DVec3 {
+    chart(0.5, at).0
+}
+
+/// 1 - b_i is the distance from vertex i, as a share of the height: what a warp without its square root leaves in the density.
+fn factors() -> Vec<Factor> {
+    vec![
+        Factor { name: "distance from vertex 0 (1 - b0)", value: |l| l.at[0] },
+        Factor { name: "distance from vertex 1 (1 - b1)", value: |l| 1.0 - barycentric(l.at).y },
+        Factor { name: "distance from vertex 2 (1 - b2)", value: |l| 1.0 - barycentric(l.at).z },
+    ]
+}
+
+fn usual_densities() -> Vec<Factor> {
+    vec![
+        Factor { name: "without the square root at vertex 0", value: |l| 1.0 / l.at[0] },
+        Factor { name: "without the square root at vertex 1", value: |l| 1.0 / (1.0 - barycentric(l.at).y) },
+        Factor { name: "without the square root at vertex 2", value: |l| 1.0 / (1.0 - barycentric(l.at).z) },
+        // Along b the cube reaches to 1 / max b.
+        Factor {
+            name: "of three variates divided by their sum",
+            value: |l| barycentric(l.at).max_element().powi(-3),
+        },
+    ]
+}
+
+/// Vertices in another order.
+fn permutations() -> Vec<Confusion> {
+    fn from(b: DVec3) -> [f64; 2] {
+        locate(b).unwrap_or([0.0; 2])
+    }
+    use Keeps::Measure;
+    vec![
+        Confusion::new("vertices 1 and 2 exchanged", Measure, |[s, t]| [s, 1.0 - t]),
+        Confusion::new("vertices 0 and 1 exchanged", Measure, |at| {
+            let b = barycentric(at);
+            from(DVec3::new(b.y, b.x, b.z))
+        }),
+        Confusion::new("vertices 0 and 2 exchanged", Measure, |at| {
+            let b = barycentric(at);
+            from(DVec3::new(b.z, b.y, b.x))
+        }),
+        Confusion::new("vertices rotated", Measure, |at| {
+            let b = barycentric(at);
+            from(DVec3::new(b.y, b.z, b.x))
+        }),
+        Confusion::new("vertices rotated", Measure, |at| {
+            let b = barycentric(at);
+            from(DVec3::new(b.z, b.x, b.y))
+        }),
+    ]
+}
+
 impl Space for Triangle {
     fn embed(&self, location: &Location) -> [f64; 3] {
         chart(self.area, location.at).0.into()
+    }
+
+    fn factors(&self) -> Vec<Factor> {
+        factors()
+    }
+
+    fn usual_densities(&self) -> Vec<Factor> {
+        usual_densities()
+    }
+
+    fn axis_names(&self) -> [&'static str; 2] {
+        ["1 - b0", "b1 / (b1 + b2)"]
+    }
+
+    fn confusions(&self) -> Vec<Confusion> {
+        permutations()
     }
 
     fn cell_measure(&self, cell: &Cell) -> f64 {
@@ -180,6 +250,24 @@ fn describe(cell: &Cell) -> String {
 }
 
 impl Space for MeshSurface {
+    fn factors(&self) -> Vec<Factor> {
+        factors()
+    }
+
+    fn usual_densities(&self) -> Vec<Factor> {
+        usual_densities()
+    }
+
+    fn axis_names(&self) -> [&'static str; 2] {
+        ["1 - b0", "b1 / (b1 + b2)"]
+    }
+
+    fn confusions(&self) -> Vec<Confusion> {
+        let mut all = of_indices(self.areas.len());
+        all.extend(permutations());
+        all
+    }
+
     fn cell_measure(&self, cell: &Cell) -> f64 {
         self.areas[cell.patches.clone()].iter().sum::<f64>() * part_of_area(cell)
     }

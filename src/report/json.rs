@@ -1,6 +1,6 @@
 //! A run as JSON, with a version, so that programs can rely on its shape.
 
-use crate::verify::{Evidence, Report, Verdict};
+use crate::verify::{Diagnosis, Evidence, Report, Verdict};
 use serde_json::{Value, json};
 
 fn verdict(v: Verdict) -> String {
@@ -10,6 +10,22 @@ fn verdict(v: Verdict) -> String {
 /// A number, or null where JSON has none for it.
 fn number(x: f64) -> Value {
     serde_json::Number::from_f64(x).map_or(Value::Null, Value::Number)
+}
+
+fn diagnosis(d: &Diagnosis) -> Value {
+    let others = d
+        .others
+        .iter()
+        .map(|(name, behind)| json!({ "name": name, "ln_likelihood_behind": number(*behind) }));
+    json!({
+        "name": d.name,
+        "alike": d.alike,
+        "text": d.text,
+        "explains": d.explains,
+        "ln_likelihood_gain": number(d.gain),
+        "ln_likelihood_margin": d.margin.map_or(Value::Null, number),
+        "others": others.collect::<Vec<_>>(),
+    })
 }
 
 /// Everything that a run found. `version` grows when the meaning of a field changes.
@@ -68,7 +84,7 @@ pub fn to_json(report: &Report, replay: impl Fn(&str) -> String) -> Value {
             "findings": findings.collect::<Vec<_>>(),
             "worst_cells": worst.collect::<Vec<_>>(),
             "power": power.collect::<Vec<_>>(),
-            "diagnosis": e.diagnosis.as_ref().map_or(Value::Null, |d| json!(d.text)),
+            "diagnosis": e.diagnosis.as_ref().map_or(Value::Null, diagnosis),
             "seconds": e.time.as_secs_f64(),
             "replay": replay(&e.name),
         })

@@ -151,8 +151,6 @@ impl Expectation {
         if probe.space().axes() == 0 {
             return; // sums are exact
         }
-        // Only what is integrated again adds to the variance.
-        let known: Vec<Integral> = self.leaves.iter().map(|leaf| Integral { error: 0.0, ..*leaf }).collect();
         let partition = &self.partition;
         let whole = |leaf: usize| at_random(probe, seed, partition, leaf, &partition.leaves()[leaf]);
         let again = crate::parallel::map(self.leaves.len(), whole);
@@ -164,16 +162,12 @@ impl Expectation {
         }
         self.total.error = self.total.error.max((self.total.value - value).abs() + SURE * variance.sqrt());
         for marginal in &mut self.marginals {
-            let again = crate::parallel::map(marginal.lines.len(), |i| {
-                mass_below(partition, &known, marginal.axis, marginal.lines[i], |leaf, cell| {
-                    let (value, error) = at_random(probe, seed, partition, leaf, cell);
-                    Integral { value, error: error * error, ..Integral::default() }
-                })
-            });
-            let total = self.total.error;
-            for (below, again) in marginal.below.iter_mut().zip(again) {
-                let doubt = (below.value - again.value).abs() + SURE * again.error.max(0.0).sqrt();
-                below.error = below.error.max(doubt).max(total);
+            for (below, &line) in marginal.below.iter_mut().zip(&marginal.lines) {
+                // The parts of leaves that the line cuts off are as doubtful as the leaves.
+                let crossed = (partition.leaves().iter().zip(&self.leaves))
+                    .filter(|(cell, _)| cell.low[marginal.axis] < line && line < cell.high[marginal.axis]);
+                let doubt: f64 = crossed.map(|(_, leaf)| leaf.error).sum();
+                below.error = below.error.max(self.total.error + doubt);
             }
         }
     }

@@ -161,6 +161,9 @@ impl Report {
             }
             writeln!(f)?;
         }
+        if let Some(diagnosis) = &examination.diagnosis {
+            writeln!(f, "  diagnosis: {}", diagnosis.text)?;
+        }
         if by_counts {
             let worst = examination.worst_cells(5);
             if !worst.is_empty() {

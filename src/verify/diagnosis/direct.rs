@@ -1,0 +1,127 @@
+//! Mistakes that show without counts: points outside of the domain by a share that is known, densities that disagree, variates at their ends.
+
+use crate::random::{ONE_MINUS_EPSILON_F32, ONE_MINUS_EPSILON_F64, fill_unit, stream};
+use crate::verify::check::Case;
+use crate::verify::probe::{Draw, Fate};
+
+/// A short name and a sentence.
+pub(super) type Mistake = (&'static str, String);
+
+/// Standard errors that a share may be off.
+const SURE: f64 = 5.0;
+
+/// What a share of points outside of the domain says.
+pub(super) fn outside(case: &Case<'_>) -> Option<Mistake> {
+    let (tally, domain) = (case.tally, case.probe.space().name());
+    let n = tally.samples as f64;
+    let share = tally.outside.count as f64 / n;
+    let near = |expected: f64| (share - expected).abs() < SURE * (expected * (1.0 - expected) / n).sqrt();
+    let triangle = matches!(domain, "triangle" | "mesh surface");
+    if tally.outside.count == 0 {
+        None
+    } else if triangle && near(1.0 / 48.0) {
+        let text =
+            "1/48 of the points leave the triangle, as with the branch xi0 < xi1^2 where xi0 < xi1 belongs";
+        Some(("branch squared", text.to_owned()))
+    } else if triangle && near(0.5) {
+        let text = "half of the points leave the triangle: the unit square is not folded onto it";
+        Some(("fold missing", text.to_owned()))
+    } else if tally.rejected == 0 && near(case.expectation.rejected().value) {
+        let text = format!(
+            "{:.3}% of the points lie outside, the share that the density leaves to rejection: they are returned, not rejected",
+            100.0 * share
+        );
+        Some(("rejected samples returned", text))
+    } else if domain == "hemisphere" && near(0.5) {
+        let text = "half of the directions are under the horizon: the sphere is sampled for the hemisphere";
+        Some(("sphere for hemisphere", text.to_owned()))
+    } else {
+        None
+    }
+}
+
+/// How the density that comes with a sample differs from the one that is asked.
+pub(super) fn disagreement(case: &Case<'_>) -> Option<Mistake> {
+    const SAMPLES: usize = 1 << 14;
+    if case.tally.disagreement.wrong == 0 {
+        return None;
+    }
+    let (probe, partition) = (case.probe, &case.expectation.partition);
+    let mut xi = vec![0.0; SAMPLES * probe.dimensions().max(1)];
+    fill_unit(&mut stream(case.settings.seed, "diagnosis", 0), &mut xi);
+    let (mut draws, mut values) = (Vec::new(), Vec::new());
+    probe.draw(&xi, 1, &mut draws, &mut values);
+    let ln_ratio = |draw: &Draw| (draw.density / draw.asked).ln();
+    let sound: Vec<(usize, f64)> = draws
+        .iter()
+        .filter(|d| d.fate == Fate::Drawn && ln_ratio(d).is_finite())
+        .map(|d| (partition.leaf_of(&d.location), ln_ratio(d)))
+        .collect();
+    let count = sound.len() as f64;
+    if sound.len() < SAMPLES / 16 {
+        return None;
+    }
+    let mean = sound.iter().map(|(_, r)| r).sum::<f64>() / count;
+    let overall = sound.iter().map(|(_, r)| (r - mean).powi(2)).sum::<f64>() / count;
+    if overall < 1e-8 {
+        let text =
+            format!("the density returned with a sample is {:.6} times the one at its point", mean.exp());
+        return Some(("constant in the density returned", text));
+    }
+    // Scatter inside of leaves, where the point hardly varies: what is left depends on something else than the point.
+    let mut of_leaf = vec![(0.0, 0.0, 0.0); partition.leaves().len()];
+    for &(leaf, r) in &sound {
+        let (n, sum, squares) = &mut of_leaf[leaf];
+        (*n, *sum, *squares) = (*n + 1.0, *sum + r, *squares + r * r);
+    }
+    let inside = of_leaf.iter().filter(|(n, ..)| *n > 1.0);
+    let (within, free) =
+        inside.fold((0.0, 0.0), |(a, b), (n, sum, squares)| (a + squares - sum * sum / n, b + n - 1.0));
+    if within / f64::max(free, 1.0) > 0.2 * overall {
+        let text = "the density returned with a sample depends on more than its point, as when a mixture returns the density of the chosen part only";
+        return Some(("chosen part only", text.to_owned()));
+    }
+    let text = "the density returned with a sample is another function of the point than the density asked";
+    Some(("density returned is another", text.to_owned()))
+}
+
+/// What comes out where a variate is 0, just under 1, or at a knot of a table.
+pub(super) fn edges(case: &Case<'_>) -> Option<Mistake> {
+    const KNOTS: usize = 256;
+    let probe = case.probe;
+    let discrete = probe.space().axes() == 0;
+    for dimension in 0..probe.dimensions() {
+        let ends = [0.0, f64::from(ONE_MINUS_EPSILON_F32), ONE_MINUS_EPSILON_F64];
+        let knots = probe.variate_knots(dimension);
+        for value in ends.into_iter().chain(knots.into_iter().take(KNOTS)) {
+            let mut xi = vec![0.5; probe.dimensions()];
+            xi[dimension] = value;
+            let Some(look) = probe.look(&xi) else { continue };
+            let at = match value {
+                0.0 => "at the variate 0".to_owned(),
+                value if value > 0.999_999 => "at the largest variate under 1".to_owned(),
+                value => format!("where a variate is {value}, a boundary of the table,"),
+            };
+            match &look.location {
+                Err(why) if why.contains("not finite") => {
+                    return Some(("not finite at the end", format!("{at} the point {why}")));
+                }
+                Err(why) => return Some(("outside at the end", format!("{at} the point {why}"))),
+                Ok(_) if look.density == 0.0 && discrete => {
+                    let text = format!(
+                        "{at} an entry of mass 0 is returned, as by a search with < where <= belongs"
+                    );
+                    return Some(("entry of mass 0", text));
+                }
+                Ok(_) if !look.density.is_finite() => {
+                    return Some((
+                        "density not finite at the end",
+                        format!("{at} the density is {}", look.density),
+                    ));
+                }
+                Ok(_) => {}
+            }
+        }
+    }
+    None
+}

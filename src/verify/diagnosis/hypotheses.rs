@@ -1,0 +1,494 @@
+//! The mistakes that are known, as densities.
+
+use super::counts::Counts;
+use super::nodes::{Node, Nodes, charted};
+use crate::domain::{Confusion, Keeps, Location, Space};
+use crate::verify::check::Case;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// What a mistake makes of the claimed density.
+pub(super) struct Hypothesis {
+    pub name: String,
+    /// A sentence without its full stop.
+    pub text: String,
+    /// How many parameters were fitted to the counts.
+    pub parameters: u32,
+    /// Masses of the cells, summing to 1.
+    pub shape: Vec<f64>,
+    /// What they summed to before, where that means something.
+    pub integral: Option<f64>,
+}
+
+/// Collects hypotheses about one case.
+struct Collector<'a> {
+    case: &'a Case<'a>,
+    nodes: &'a Nodes,
+    counts: &'a Counts,
+    all: Vec<Hypothesis>,
+}
+
+/// All of them, the plainer ones first.
+pub(super) fn all(case: &Case<'_>, nodes: &Nodes, counts: &Counts) -> Vec<Hypothesis> {
+    let mut c = Collector { case, nodes, counts, all: Vec::new() };
+    c.rivals();
+    c.factors();
+    c.whole_densities();
+    c.confusions();
+    c.shifts();
+    c.rows();
+    c.patches();
+    c.power();
+    c.steps();
+    c.crowd();
+    c.all
+}
+
+type ChartDensity<'a> = dyn Fn(&Node) -> f64 + 'a;
+
+impl Collector<'_> {
+    fn space(&self) -> &dyn Space {
+        self.case.probe.space()
+    }
+
+    fn push(&mut self, name: String, text: String, chart_density: &ChartDensity<'_>) {
+        let leaves = self.nodes.masses(chart_density);
+        self.push_leaves(name, text, 0, &leaves, true);
+    }
+
+    fn push_leaves(&mut self, name: String, text: String, parameters: u32, leaves: &[f64], proper: bool) {
+        if let Some(shape) = self.counts.shape(leaves) {
+            let integral = proper.then(|| leaves.iter().sum());
+            self.all.push(Hypothesis { name, text, parameters, shape, integral });
+        }
+    }
+
+    /// Densities that the sampler or its user names, and what is between them and the claimed one.
+    fn rivals(&mut self) {
+        let probe = self.case.probe;
+        let Some(first) = self.nodes.nodes.first() else { return };
+        let names: Vec<String> = probe
+            .rivals_at(first.location.patch, first.location.at)
+            .into_iter()
+            .map(|(name, _)| name)
+            .collect();
+        if names.is_empty() {
+            return;
+        }
+        let values: Vec<Vec<f64>> = crate::parallel::map(self.nodes.nodes.len(), |i| {
+            let node = &self.nodes.nodes[i];
+            let here = probe.rivals_at(node.location.patch, node.location.at);
+            here.into_iter().map(|(_, value)| charted(value, node.jacobian)).collect()
+        });
+        for (k, name) in names.iter().enumerate() {
+            let leaves = self.nodes.masses_by_index(&|i| values[i][k]);
+            self.push_leaves(
+                name.clone(),
+                format!("the samples follow another density: {name}"),
+                0,
+                &leaves,
+                false,
+            );
+            self.share(name, &leaves);
+        }
+    }
+
+    /// A factor of the density that the samples lack, or the other way round.
+    fn factor(&mut self, name: &str, value: &(dyn Fn(&Location) -> f64 + Sync)) {
+        for (power, power_name) in [(1, name.to_owned()), (2, format!("({name})^2"))] {
+            let times = move |node: &Node| node.chart_density() * value(&node.location).powi(power);
+            self.push(
+                format!("lacks {power_name}"),
+                format!("the density lacks a factor {power_name}, or the sampler has it once too often"),
+                &times,
+            );
+            let over = move |node: &Node| node.chart_density() / value(&node.location).powi(power);
+            self.push(
+                format!("extra {power_name}"),
+                format!("the density has a factor {power_name} too many, or the sampler lacks it"),
+                &over,
+            );
+        }
+    }
+
+    fn factors(&mut self) {
+        let rows = &self.case.probe.knots().axes[0];
+        for factor in self.space().factors() {
+            self.factor(factor.name, &factor.value);
+            if !rows.is_empty() {
+                // A table weights whole rows by the factor at their centres.
+                self.factor(factor.name, &|l| {
+                    let row = rows.partition_point(|&k| k <= l.at[0]);
+                    let low = if row == 0 { 0.0 } else { rows[row - 1] };
+                    let high = rows.get(row).copied().unwrap_or(1.0);
+                    (factor.value)(&Location { at: [0.5 * (low + high), l.at[1]], ..*l })
+                });
+            }
+        }
+        // A lobe that is not about +Z has its own sine and cosine.
+        let mut mean = DVec3::ZERO;
+        for (node, mass) in self.nodes.weighted() {
+            let Some(w) = self.space().direction(&node.location) else { return };
+            mean += mass * w;
+        }
+        let axis = mean.normalize_or_zero();
+        if mean.length() > 0.1 * self.nodes.claimed.iter().sum::<f64>() && axis.z.abs() < 0.999_99 {
+            let space = self.case.probe.space_for_keeps();
+            let cosine = |l: &Location| space.direction(l).map_or(0.0, |w| w.dot(axis));
+            self.factor("sin of the angle to the lobe's axis", &|l| {
+                (1.0 - cosine(l).powi(2)).max(0.0).sqrt()
+            });
+            self.factor("cos of the angle to the lobe's axis", &|l| cosine(l).max(0.0));
+        }
+    }
+
+    /// The samples follow, wholly or in part, a density that many samplers of this domain have.
+    fn whole_densities(&mut self) {
+        let uniform = |_: &Location| 1.0;
+        let mut densities: Vec<(&str, Box<dyn Fn(&Location) -> f64 + Sync>)> = Vec::new();
+        if self.space().measure().is_finite() {
+            densities.push(("uniform", Box::new(uniform)));
+        }
+        for usual in self.space().usual_densities() {
+            densities.push((usual.name, Box::new(usual.value)));
+        }
+        for (name, value) in densities {
+            let leaves = self.nodes.masses(&|node| charted(value(&node.location), node.jacobian));
+            let text = format!("the samples follow another density: {name}");
+            self.push_leaves(name.to_owned(), text, 0, &leaves, false);
+            self.share(name, &leaves);
+        }
+    }
+
+    /// A share of the samples comes from another density. The likelihood is concave in the share; below 0 the claimed density has too much of it.
+    fn share(&mut self, name: &str, leaves: &[f64]) {
+        let (Some(claimed), Some(other)) =
+            (self.counts.normalised(self.counts.claimed.clone()), self.counts.shape(leaves))
+        else {
+            return;
+        };
+        let least =
+            claimed.iter().zip(&other).filter(|(m, r)| r > m).map(|(m, r)| -m / (r - m)).fold(-1.0, f64::max);
+        let mix = |w: f64| -> Vec<f64> {
+            claimed.iter().zip(&other).map(|(m, r)| ((1.0 - w) * m + w * r).max(0.0)).collect()
+        };
+        let w = minimise(least, 1.0, 40, &|w| self.counts.g(&mix(w)));
+        if w.abs() < 1e-9 {
+            return;
+        }
+        let text = if w > 0.0 {
+            format!("a share of {} of the samples comes from another density: {name}", percent(w))
+        } else {
+            format!("the density claims {} too much of a part: {name}", percent(-w))
+        };
+        let shape = mix(w);
+        self.all.push(Hypothesis {
+            name: format!("share of {}", name.trim_start_matches("of ")),
+            text,
+            parameters: 1,
+            shape,
+            integral: None,
+        });
+    }
+
+    /// Points put where others belong.
+    fn confusions(&mut self) {
+        for confusion in self.space().confusions() {
+            let text = format!("{}, in either the sampler or the density", confusion.name);
+            self.confusion(&confusion, text);
+        }
+    }
+
+    fn confusion(&mut self, confusion: &Confusion, text: String) {
+        let (probe, nodes) = (self.case.probe, &self.nodes.nodes);
+        let value = |node: &Node| -> f64 {
+            (confusion.origins)(&node.location)
+                .into_iter()
+                .map(|from| {
+                    let (density, jacobian) = probe.density_at(from.patch, from.at);
+                    charted(density, if confusion.keeps == Keeps::Chart { jacobian } else { node.jacobian })
+                })
+                .sum()
+        };
+        let values = crate::parallel::map(nodes.len(), |i| value(&nodes[i]));
+        let leaves = self.nodes.masses_by_index(&|i| values[i]);
+        self.push_leaves(confusion.name.to_owned(), text, 0, &leaves, true);
+    }
+
+    /// Tables looked up half a cell or one cell beside where they should be.
+    fn shifts(&mut self) {
+        let names = self.space().axis_names();
+        for (axis, along) in names.into_iter().enumerate().take(self.space().axes()) {
+            let Some(count) = even_spacing(&self.case.probe.knots().axes[axis]) else { continue };
+            let wraps = self.space().wraps(axis);
+            for (cells, words) in [(0.5, "half a cell"), (1.0, "one cell")] {
+                for sign in [1.0, -1.0] {
+                    let step = sign * cells / count as f64;
+                    let origins = move |l: &Location| {
+                        let mut from = *l;
+                        from.at[axis] -= step;
+                        if wraps {
+                            from.at[axis] = from.at[axis].rem_euclid(1.0);
+                        }
+                        if (0.0..=1.0).contains(&from.at[axis]) { vec![from] } else { Vec::new() }
+                    };
+                    let confusion =
+                        Confusion { name: "shift", origins: Box::new(origins), keeps: Keeps::Chart };
+                    let text = format!(
+                        "samples lie {words} {} along {along} of where the density has them",
+                        if sign > 0.0 { "ahead" } else { "behind" }
+                    );
+                    self.confusion(&confusion, text);
+                    if let Some(last) = self.all.last_mut().filter(|h| h.name == "shift") {
+                        last.name = format!("{words} off along {along}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// Rows of a table normalised each on its own.
+    fn rows(&mut self) {
+        let knots = &self.case.probe.knots().axes[0];
+        if knots.is_empty() || self.space().axes() < 2 {
+            return;
+        }
+        let row = |l: &Location| knots.partition_point(|&k| k <= l.at[0]);
+        let (masses, measures) = self.nodes.by_class(knots.len() + 1, &row);
+        let texts = [
+            (
+                "rows normalised",
+                "rows are normalised each on its own, before they are weighted by their size",
+            ),
+            ("rows chosen alike", "all rows are chosen with the same probability"),
+        ];
+        for (weighted, (name, text)) in texts.into_iter().enumerate() {
+            let density = |node: &Node| {
+                let row = row(&node.location);
+                let weight = if weighted == 0 { measures[row] } else { 1.0 };
+                node.chart_density() * weight / masses[row]
+            };
+            self.push(name.to_owned(), text.to_owned(), &density);
+        }
+    }
+
+    /// The probability with which a patch is selected.
+    fn patches(&mut self) {
+        let patches = self.space().patches();
+        if patches < 2 || self.space().axes() == 0 {
+            return;
+        }
+        let (masses, measures) = self.nodes.by_class(patches, &|l| l.patch);
+        let on = |values: &[f64], node: &Node| node.chart_density() * values[node.location.patch];
+        let over = |values: &[f64], node: &Node| node.chart_density() / values[node.location.patch];
+        self.push(
+            "patches chosen alike".to_owned(),
+            "all patches are chosen with the same probability, whatever the density says".to_owned(),
+            &|node| over(&masses, node),
+        );
+        self.push(
+            "lacks the patch's measure".to_owned(),
+            "the density lacks the measure of the patch: it leaves out the probability of selecting one"
+                .to_owned(),
+            &|node| on(&measures, node),
+        );
+        self.push(
+            "extra patch's measure".to_owned(),
+            "the density has the measure of the patch once too often, or the sampler lacks it".to_owned(),
+            &|node| over(&measures, node),
+        );
+        self.push(
+            "lacks the selection probability".to_owned(),
+            "the density lacks the probability of selecting a patch, or the sampler has it twice".to_owned(),
+            &|node| on(&masses, node),
+        );
+    }
+
+    /// A power of the density: a missing square root, one too many, an exponent that is off.
+    fn power(&mut self) {
+        let largest =
+            self.nodes.nodes.iter().map(|n| n.density).filter(|d| d.is_finite()).fold(0.0, f64::max);
+        if !(largest > 0.0) {
+            return;
+        }
+        let leaves = |ln_a: f64| {
+            let a = ln_a.exp();
+            self.nodes.masses(&move |node| charted((node.density / largest).powf(a), node.jacobian))
+        };
+        let g =
+            |ln_a: f64| self.counts.shape(&leaves(ln_a)).map_or(f64::INFINITY, |shape| self.counts.g(&shape));
+        let ln_a = minimise(-2.5, 2.5, 28, &g);
+        let a = ln_a.exp();
+        let (name, text) = match a {
+            a if (a - 2.0).abs() < 0.05 => {
+                ("density squared", "the samples follow the square of the density".to_owned())
+            }
+            a if (a - 0.5).abs() < 0.02 => {
+                ("density's square root", "the samples follow the square root of the density".to_owned())
+            }
+            _ => ("power", format!("an exponent is off: the samples follow the density to the power {a:.4}")),
+        };
+        let leaves = leaves(ln_a);
+        self.push_leaves(name.to_owned(), text, 1, &leaves, false);
+    }
+
+    /// One factor before a place, another one behind it.
+    fn steps(&mut self) {
+        let partition = &self.case.expectation.partition;
+        let mut axes: Vec<Option<usize>> = (0..self.space().axes()).map(Some).collect();
+        if self.space().patches() > 1 {
+            axes.insert(0, None);
+        }
+        for axis in axes {
+            let place = |leaf: usize| {
+                let cell = &partition.leaves()[leaf];
+                axis.map_or(cell.patches.start as f64, |axis| cell.low[axis])
+            };
+            let mut order: Vec<usize> = (0..partition.leaves().len()).collect();
+            order.sort_by(|&a, &b| place(a).total_cmp(&place(b)));
+            let Some((threshold, before, behind)) = self.step(&order, &place) else { continue };
+            let factor = |leaf: usize| if place(leaf) < threshold { before } else { behind };
+            let leaves: Vec<f64> =
+                self.nodes.claimed.iter().enumerate().map(|(leaf, m)| m * factor(leaf)).collect();
+            let last = axis.is_none() && threshold as usize + 1 == self.space().patches();
+            let (name, at) = match axis {
+                None if last && behind > before => {
+                    ("the rest goes to the last entry".to_owned(), "the last index".into())
+                }
+                None if behind < 0.05 * before => ("absorbed tail".to_owned(), format!("index {threshold}")),
+                None => ("step along the index".to_owned(), format!("index {threshold}")),
+                Some(axis) => {
+                    let name = self.space().axis_names()[axis];
+                    (format!("step along {name}"), format!("{name} at {threshold:.4} of its range"))
+                }
+            };
+            let text = format!(
+                "from {at} on there are {behind:.4} times the samples that the density says, before {before:.4} times: a sum that stalls, or a normalisation that is stale or partial"
+            );
+            self.push_leaves(name, text, 2, &leaves, false);
+        }
+    }
+
+    /// The place of the most likely change, and the factors on its two sides.
+    fn step(&self, order: &[usize], place: &dyn Fn(usize) -> f64) -> Option<(f64, f64, f64)> {
+        let (tally, claimed) = (self.case.tally, &self.nodes.claimed);
+        let (o, m) = (self.counts.drawn, claimed.iter().sum::<f64>());
+        let part = |o: f64, m: f64| if o > 0.0 { o * (o / m).ln() } else { 0.0 };
+        let (mut below, mut mass) = (0.0, 0.0);
+        let mut best: Option<(f64, (f64, f64, f64))> = None;
+        for pair in order.windows(2) {
+            below += tally.per_leaf[pair[0]] as f64;
+            mass += claimed[pair[0]];
+            if place(pair[0]) == place(pair[1]) || mass < 1e-9 || m - mass < 1e-9 {
+                continue;
+            }
+            let gain = part(below, mass) + part(o - below, m - mass);
+            if best.is_none_or(|(most, _)| gain > most) {
+                let per = self.counts.all;
+                best = Some((gain, (place(pair[1]), below / mass / per, (o - below) / (m - mass) / per)));
+            }
+        }
+        Some(best?.1)
+    }
+
+    /// Too many samples in a few places, and nothing else wrong.
+    fn crowd(&mut self) {
+        const MOST: usize = 8;
+        const HELD: f64 = 0.05;
+        let Some(claimed) = self.counts.normalised(self.counts.claimed.clone()) else { return };
+        let counts = self.counts;
+        let excess = |cell: usize| {
+            let expected = (counts.drawn * claimed[cell]).max(1e-3);
+            (counts.observed[cell] - expected) / expected.sqrt()
+        };
+        let mut order: Vec<usize> = (0..claimed.len()).collect();
+        order.sort_by(|&a, &b| excess(b).total_cmp(&excess(a)));
+        order.truncate(MOST.min(claimed.len() / 4));
+        order.retain(|&cell| excess(cell) > 6.0);
+        let held: f64 = order.iter().map(|&cell| claimed[cell]).sum();
+        if order.is_empty() || held > HELD {
+            return;
+        }
+        let inside: f64 = order.iter().map(|&cell| counts.observed[cell] / counts.drawn).sum();
+        let mut shape: Vec<f64> = claimed.iter().map(|m| m * (1.0 - inside) / (1.0 - held)).collect();
+        for &cell in &order {
+            shape[cell] = counts.observed[cell] / counts.drawn;
+        }
+        let text = format!(
+            "{} of the samples crowd where the density has {} of its mass (clamped, left over or not finite before), first at {}; everywhere else they follow it",
+            percent(inside),
+            percent(held),
+            counts.places[order[0]]
+        );
+        let parameters = 2 * order.len() as u32;
+        self.all.push(Hypothesis { name: "crowd".to_owned(), text, parameters, shape, integral: None });
+    }
+}
+
+/// The place of the least value of a function with one minimum, by golden sections (Kiefer 1953).
+fn minimise(mut low: f64, mut high: f64, steps: usize, f: &dyn Fn(f64) -> f64) -> f64 {
+    let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let (mut a, mut b) = (high - ratio * (high - low), low + ratio * (high - low));
+    let (mut fa, mut fb) = (f(a), f(b));
+    for _ in 0..steps {
+        if fa < fb {
+            (high, b, fb) = (b, a, fa);
+            a = high - ratio * (high - low);
+            fa = f(a);
+        } else {
+            (low, a, fa) = (a, b, fb);
+            b = low + ratio * (high - low);
+            fb = f(b);
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// How many cells knots at even distances make.
+fn even_spacing(knots: &[f64]) -> Option<usize> {
+    let count = knots.len() + 1;
+    let even = |(i, &k): (usize, &f64)| (k * count as f64 - (i + 1) as f64).abs() < 1e-6;
+    (count > 1 && knots.iter().enumerate().all(even)).then_some(count)
+}
+
+fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent < 0.01 { format!("{percent:.1e}%") } else { format!("{percent:.2}%") }
+}
+
+/// Names of ratios that a density is often off by.
+pub(super) fn constant(ratio: f64, tolerance: f64, patches: usize) -> Option<String> {
+    let known = [
+        ("2", 2.0),
+        ("pi", PI),
+        ("2 pi", 2.0 * PI),
+        ("4 pi", 4.0 * PI),
+        ("pi / 2", 0.5 * PI),
+        ("pi^2", PI * PI),
+        ("2 pi^2", 2.0 * PI * PI),
+        ("4", 4.0),
+        ("180 / pi", 180.0 / PI),
+    ];
+    let near = |value: f64| (ratio / value - 1.0).abs() < tolerance;
+    for (name, value) in known {
+        if near(value) {
+            return Some(name.to_owned());
+        }
+        if near(1.0 / value) {
+            return Some(if name.contains(' ') { format!("1 / ({name})") } else { format!("1 / {name}") });
+        }
+    }
+    if patches > 1 && near(patches as f64) {
+        return Some("the number of patches".to_owned());
+    }
+    if patches > 1 && near(1.0 / patches as f64) {
+        return Some("1 / the number of patches".to_owned());
+    }
+    // (n + 2) / (n + 1), as far as whole numbers can be told apart.
+    let (inverse, n) = (1.0 / (ratio - 1.0), (1.0 / (ratio - 1.0)).round() - 1.0);
+    let told_apart = inverse * inverse * tolerance < 0.4;
+    if n >= 1.0 && told_apart && near((n + 2.0) / (n + 1.0)) {
+        return Some(format!("(n + 2) / (n + 1), n = {n}"));
+    }
+    None
+}

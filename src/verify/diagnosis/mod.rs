@@ -1,0 +1,258 @@
+//! Which known mistake would explain the counts.
+//!
+//! A mistake is an alternative density: the claimed one with a factor more or less, taken from another place, mixed with another one. Each is
+//! normalised to the samples drawn and compared by
+//!
+//! 2 ln L - k ln n
+//!
+//! with the claimed shape, k the number of its fitted parameters (the Bayesian information criterion; Schwarz 1978). With G = 2 sum O ln(O / E) this is
+//! -G - k ln n, up to a constant. The best one explains the counts if its own G is within what its degrees of freedom allow, or if next to nothing of
+//! the claimed density's excess is left; otherwise the diagnosis says that nothing known does.
+
+mod counts;
+mod direct;
+mod hypotheses;
+mod nodes;
+
+use super::check::Case;
+use counts::Counts;
+use hypotheses::Hypothesis;
+use nodes::Nodes;
+
+/// 2 ln L by which a hypothesis must be better than the claimed shape before it is named: a p-value of 1e-8 or so over all hypotheses.
+const GAIN: f64 = 50.0;
+/// Share of the excess of G that may be left.
+const LEFT: f64 = 0.05;
+/// Noncentrality under which two hypotheses look the same.
+const ALIKE: f64 = 9.0;
+/// Relative error that a constant may have and still be named.
+const NEAR: f64 = 3e-5;
+/// Other hypotheses that are listed.
+const OTHERS: usize = 3;
+
+/// What would explain the counts.
+///
+/// ```
+/// use warpcheck::fault;
+/// let report = warpcheck::verify(&fault::uniform_with_cosine_density()).samples(100_000).run();
+/// let diagnosis = report.examinations[0].diagnosis.as_ref().unwrap();
+/// assert!(diagnosis.explains && diagnosis.margin.unwrap() > 100.0);
+/// assert!(diagnosis.is("extra cos theta") || diagnosis.is("uniform"), "{}", diagnosis.text);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diagnosis {
+    /// A short name of the mistake: "lacks cos theta".
+    pub name: String,
+    /// Other mistakes that would give the same counts here.
+    pub alike: Vec<String>,
+    /// A sentence or two with the figures.
+    pub text: String,
+    /// Whether the mistake explains the counts; if not, it is only the nearest one.
+    pub explains: bool,
+    /// Logarithm of the likelihood ratio to the claimed density.
+    pub gain: f64,
+    /// The same to the next mistake that could be told apart, less the penalties for fitted parameters; `None` where no counts were compared.
+    pub margin: Option<f64>,
+    /// The next ones, and by how much each is behind.
+    pub others: Vec<(String, f64)>,
+}
+
+impl Diagnosis {
+    /// Whether it names this mistake, alone or among those that look the same.
+    pub fn is(&self, name: &str) -> bool {
+        self.explains && (self.name == name || self.alike.iter().any(|other| other == name))
+    }
+
+    fn direct((name, text): direct::Mistake) -> Self {
+        Self {
+            name: name.to_owned(),
+            alike: Vec::new(),
+            text,
+            explains: true,
+            gain: 0.0,
+            margin: None,
+            others: Vec::new(),
+        }
+    }
+}
+
+/// To be asked where some finding is suspicious.
+pub(super) fn diagnose(case: &Case<'_>) -> Option<Diagnosis> {
+    direct::outside(case)
+        .map(Diagnosis::direct)
+        .or_else(|| by_counts(case))
+        .or_else(|| direct::disagreement(case).or_else(|| direct::edges(case)).map(Diagnosis::direct))
+}
+
+/// A hypothesis and how it fits.
+struct Fit {
+    hypothesis: Hypothesis,
+    /// 2 ln L less the penalty, up to a constant.
+    score: f64,
+    g: f64,
+}
+
+fn by_counts(case: &Case<'_>) -> Option<Diagnosis> {
+    let total = case.expectation.total;
+    if !(total.value > 0.0 && total.value.is_finite() && total.error.is_finite()) {
+        return None;
+    }
+    let counts = Counts::new(case);
+    if counts.drawn < 1000.0 || counts.observed.len() < 2 {
+        return None;
+    }
+    let nodes = Nodes::new(case);
+    let shape = counts.normalised(counts.claimed.clone())?;
+    let (g_shape, ln_n) = (counts.g(&shape), counts.drawn.ln());
+    let shape_fits = counts.accepts(&shape, 0);
+    let hypotheses = hypotheses::all(case, &nodes, &counts);
+    let tried = hypotheses.len() + 1;
+    let mut fits: Vec<Fit> = hypotheses
+        .into_iter()
+        .filter(|h| counts.distance(&h.shape, &shape) > ALIKE)
+        .map(|hypothesis| {
+            let g = counts.g(&hypothesis.shape);
+            Fit { score: -g - f64::from(hypothesis.parameters) * ln_n, g, hypothesis }
+        })
+        .collect();
+    let constant = constant(case, &counts, &shape);
+    fits.sort_by(|a, b| b.score.total_cmp(&a.score)); // stable: the plainer one first
+    let gained = fits.first().is_some_and(|best| best.score + g_shape > GAIN);
+    if !gained {
+        return match constant {
+            Some(mut constant) if shape_fits => {
+                constant.margin = fits.first().map(|next| 0.5 * (-g_shape - next.score));
+                constant.others = behind(&fits, -g_shape);
+                Some(constant)
+            }
+            _ if shape_fits => None,
+            _ => Some(unknown(tried, None, &counts, 0.0)),
+        };
+    }
+    let best_score = fits[0].score;
+    let alike = |fit: &Fit| {
+        best_score - fit.score < GAIN
+            && counts.distance(&fit.hypothesis.shape, &fits[0].hypothesis.shape) < ALIKE
+    };
+    let mut marks = fits.iter().map(alike).collect::<Vec<bool>>().into_iter();
+    let (mut same, rest): (Vec<Fit>, Vec<Fit>) =
+        fits.into_iter().partition(|_| marks.next().unwrap_or(false));
+    // Of those that look the same the one with the fewest parameters, then the plainest.
+    same.sort_by_key(|fit| fit.hypothesis.parameters);
+    let best = &same[0];
+    let df = counts.df(&best.hypothesis.shape);
+    let left = (best.g - df).max(0.0) / (g_shape - df).max(1.0);
+    let accepted = counts.accepts(&best.hypothesis.shape, best.hypothesis.parameters);
+    let gain = 0.5 * (counts.g_claimed() - best.g);
+    if !(accepted || left < LEFT) {
+        return Some(unknown(tried, Some((best, left)), &counts, gain));
+    }
+    let margin = rest.first().map(|next| 0.5 * (best_score - next.score));
+    let mut names: Vec<String> = Vec::new();
+    let mut text = best.hypothesis.text.clone();
+    for fit in &same[1..] {
+        let name = &fit.hypothesis.name;
+        if *name != best.hypothesis.name && !names.contains(name) {
+            names.push(name.clone());
+        }
+    }
+    if !names.is_empty() {
+        text += &format!(" (or, which looks the same here: {})", names.join("; "));
+    }
+    text += &side(case, &counts, best.hypothesis.integral);
+    if !accepted {
+        text += &format!("; {:.1}% of the deviation is left", 100.0 * left);
+    }
+    text += &format!("; ln L {gain:.0} over the claimed density");
+    if let (Some(margin), Some(next)) = (margin, rest.first()) {
+        text += &format!(", {margin:.0} over the next of {tried} known mistakes ({})", next.hypothesis.name);
+    }
+    Some(Diagnosis {
+        name: best.hypothesis.name.clone(),
+        alike: names,
+        text,
+        explains: true,
+        gain,
+        margin,
+        others: behind(&rest, best_score),
+    })
+}
+
+fn behind(fits: &[Fit], best: f64) -> Vec<(String, f64)> {
+    fits.iter().take(OTHERS).map(|fit| (fit.hypothesis.name.clone(), 0.5 * (best - fit.score))).collect()
+}
+
+/// Which side the integral points to: a density that lacks a factor hardly integrates to 1 by accident.
+fn side(case: &Case<'_>, counts: &Counts, integral: Option<f64>) -> String {
+    let Some(integral) = integral else { return String::new() };
+    let should = counts.drawn / counts.all;
+    let near = 1e-3 + 4.0 * ((1.0 - should) / counts.all).sqrt() + case.expectation.total.error;
+    let (claimed_off, off) = ((case.expectation.total.value - should).abs(), (integral - should).abs());
+    if claimed_off < near && off > 5.0 * near {
+        "; the density integrates as it should, which points to the sampler".to_owned()
+    } else if off < near && claimed_off > 5.0 * near {
+        "; so changed the density would integrate as it should, which points to the density".to_owned()
+    } else {
+        String::new()
+    }
+}
+
+/// The shape is right, the integral is not.
+fn constant(case: &Case<'_>, counts: &Counts, shape: &[f64]) -> Option<Diagnosis> {
+    let total = case.expectation.total;
+    let should = counts.drawn / counts.all;
+    let ratio = total.value / should;
+    let noise = ((1.0 - should) / counts.drawn).sqrt();
+    let tolerance = NEAR + total.error / total.value + 4.0 * noise;
+    if (ratio - 1.0).abs() <= tolerance {
+        return None;
+    }
+    let gain = 0.5 * (counts.g_claimed() - counts.g(shape));
+    let known = hypotheses::constant(ratio, tolerance, case.probe.space().patches());
+    let figures = format!("its integral is {:.6} where {should:.6} of the samples are drawn", total.value);
+    let (name, text) = match known {
+        Some(known) => (
+            format!("constant {known}"),
+            format!(
+                "the shape of the density is right, but it is {known} times what it should be; {figures}"
+            ),
+        ),
+        None if ratio < 1.0 && counts.rejected < 0.5 * counts.all * counts.rejected_claimed => (
+            "rejected samples drawn again".to_owned(),
+            format!(
+                "samples that the density leaves to rejection are drawn again, while the density is not raised by {:.6} = 1 / (1 - rejected), or it is too small by that constant; {figures}",
+                1.0 / ratio
+            ),
+        ),
+        None => (
+            "constant".to_owned(),
+            format!(
+                "the shape of the density is right, but its normalisation is off by {:+.4}%; {figures}",
+                100.0 * (ratio - 1.0)
+            ),
+        ),
+    };
+    Some(Diagnosis { name, alike: Vec::new(), text, explains: true, gain, margin: None, others: Vec::new() })
+}
+
+fn unknown(tried: usize, nearest: Option<(&Fit, f64)>, counts: &Counts, gain: f64) -> Diagnosis {
+    let mut text =
+        format!("none of the {tried} known mistakes explains the counts in {} cells", counts.observed.len());
+    if let Some((fit, left)) = nearest {
+        text += &format!(
+            "; the nearest, \"{}\", leaves {:.0}% of the deviation",
+            fit.hypothesis.name,
+            100.0 * left
+        );
+    }
+    let others = nearest.map(|(fit, _)| (fit.hypothesis.name.clone(), 0.0)).into_iter().collect();
+    Diagnosis {
+        name: "unknown".to_owned(),
+        alike: Vec::new(),
+        text,
+        explains: false,
+        gain,
+        margin: None,
+        others,
+    }
+}
