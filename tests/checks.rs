@@ -371,3 +371,19 @@ fn a_failure_can_be_acted_on() {
     let file = told.lines().find_map(|line| line.trim().strip_prefix("picture: ")).expect("a picture");
     assert!(std::path::Path::new(file).metadata().unwrap().len() > 1000, "{file}");
 }
+
+/// An entry of weight 0 is returned at one variate only.
+#[test]
+fn an_entry_without_mass_is_never_returned() {
+    let weights = [0.0, 0.25, 0.75];
+    let table = |xi: f64| {
+        if xi == 0.0 {
+            0
+        } else if xi < 0.25 {
+            1
+        } else {
+            2_usize
+        }
+    };
+    fails(&run(&from_fn(Discrete::new(3), table, move |i: usize| weights[i])), "domain");
+}

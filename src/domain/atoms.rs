@@ -127,6 +127,26 @@ impl<D: Domain> Space for WithAtoms<D> {
         parts.collect::<Vec<_>>().join(", and ")
     }
 
+    /// Atoms lie apart from all else.
+    fn embed(&self, location: &Location) -> [f64; 3] {
+        match self.atom(location.patch) {
+            Some(atom) => [1e6 + atom as f64, 0.0, 0.0],
+            None => self.domain.embed(location),
+        }
+    }
+
+    fn axis_names(&self) -> [&'static str; 2] {
+        self.domain.axis_names()
+    }
+
+    fn wraps(&self, axis: usize) -> bool {
+        self.domain.wraps(axis)
+    }
+
+    fn direction(&self, location: &Location) -> Option<glam::DVec3> {
+        if self.atom(location.patch).is_some() { None } else { self.domain.direction(location) }
+    }
+
     fn picture_aspect(&self) -> f64 {
         self.domain.picture_aspect()
     }
@@ -182,6 +202,13 @@ impl<D: Domain> Domain for WithAtoms<D> {
                 self.domain.neighbours(point, epsilon).into_iter().map(Mixed::Continuous).collect()
             }
             Mixed::Atom(_) => Vec::new(),
+        }
+    }
+
+    fn magnitude(&self, point: &Self::Point) -> f64 {
+        match point {
+            Mixed::Continuous(point) => self.domain.magnitude(point),
+            Mixed::Atom(_) => 1.0,
         }
     }
 

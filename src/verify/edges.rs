@@ -127,7 +127,12 @@ impl Tried {
             self.rejected += 1;
             return Ok(());
         };
-        look.location.map_err(|why| format!("at xi = {xi:?} the point {} {why}", look.point))?;
+        let location =
+            look.location.map_err(|why| format!("at xi = {xi:?} the point {} {why}", look.point))?;
+        // On a rim a density may be 0; an entry that has no mass is never to be returned.
+        if probe.space().is_atom(location.patch) && (look.density == 0.0 || look.asked == 0.0) {
+            return Err(format!("at xi = {xi:?} it returns {}, whose mass is 0", look.point));
+        }
         for (how, density) in [("returned", look.density), ("asked", look.asked)] {
             if density.is_nan() || density < 0.0 || density.is_infinite() {
                 return Err(format!("at xi = {xi:?} the density {how} at {} is {density}", look.point));
