@@ -181,7 +181,7 @@ fn verify_tells_people_and_programs() {
     let report = json(&folder.path().join("out/run.json"));
     let top = ["alpha", "program", "samplers", "samples", "seed", "tests", "verdict", "version"];
     assert_eq!(keys(&report), top);
-    assert_eq!((&report["version"], &report["verdict"]), (&1.into(), &"pass".into()));
+    assert_eq!((&report["version"], &report["verdict"]), (&2.into(), &"pass".into()));
     assert_eq!(
         (&report["seed"], &report["samples"], &report["alpha"]),
         (&1.into(), &50_000.into(), &0.001.into())
@@ -191,6 +191,7 @@ fn verify_tells_people_and_programs() {
     let mut tests = 0;
     for sampler in samplers {
         let all = [
+            "diagnosis",
             "domain",
             "findings",
             "integral",
@@ -212,7 +213,18 @@ fn verify_tells_people_and_programs() {
         assert_eq!(keys(integral), ["error", "value"]);
         assert!(integral["value"].as_f64().unwrap() > 0.98 && integral["error"].as_f64().unwrap() < 1e-3);
         for finding in sampler["findings"].as_array().unwrap() {
-            let all = ["check", "detail", "p", "p_adjusted", "p_conservative", "part", "verdict"];
+            let all = [
+                "check",
+                "decides",
+                "detail",
+                "ln_e",
+                "p",
+                "p_adjusted",
+                "p_conservative",
+                "part",
+                "verdict",
+                "would_have_caught",
+            ];
             assert_eq!(keys(finding), all);
             assert_eq!(finding["p"].is_null(), finding["p_adjusted"].is_null());
             tests += u64::from(finding["p"].is_number());

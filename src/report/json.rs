@@ -34,7 +34,7 @@ fn diagnosis(d: &Diagnosis) -> Value {
 /// use warpcheck::sampler::UniformSphere;
 /// let report = warpcheck::verify(&UniformSphere).samples(50_000).run();
 /// let json = warpcheck::report::to_json(&report, |name| format!("warpcheck verify {name}"));
-/// assert_eq!(json["version"], 1);
+/// assert_eq!(json["version"], 2);
 /// assert_eq!(json["samplers"][0]["verdict"], "pass");
 /// ```
 pub fn to_json(report: &Report, replay: impl Fn(&str) -> String) -> Value {
@@ -90,7 +90,7 @@ pub fn to_json(report: &Report, replay: impl Fn(&str) -> String) -> Value {
         })
     });
     json!({
-        "version": 1,
+        "version": 2,
         "program": concat!("warpcheck ", env!("CARGO_PKG_VERSION")),
         "verdict": verdict(report.verdict()),
         "seed": report.seed,

@@ -191,7 +191,7 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
         ));
     }
     let case = Case { probe, expectation: &expectation, tally: &tally, settings };
-    let diagnosis = if findings.iter().any(suspicious) { diagnose(&case) } else { None };
+    let diagnosis = if settings.diagnose && findings.iter().any(suspicious) { diagnose(&case) } else { None };
     let (cells, elsewhere, cell_of_leaf) = goodness::figures(space, &expectation, &tally);
     Examination {
         name,

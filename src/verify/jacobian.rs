@@ -36,7 +36,9 @@ const ENOUGH: usize = 16;
 const WRONG_SHARE: f64 = 0.02;
 const WRONG: usize = 3;
 /// Samples among which other preimages are looked for.
-const BANK: usize = 1 << 16;
+const BANK: usize = 1 << 14;
+/// At so many places they are looked for though all seems well.
+const LOOKED_AT: usize = 24;
 
 pub(super) struct JacobianIdentity;
 
@@ -146,16 +148,19 @@ fn identity(
     let here = Preimage { xi: xi.to_vec(), selecting: 0, weight: 1.0 };
     let answer = sum(probe, density, std::slice::from_ref(&here));
     let Answer::Product { value, error } = answer else { return answer };
-    if (value - 1.0).abs() <= TOLERANCE + 3.0 * error {
+    let fits = (value - 1.0).abs() <= TOLERANCE + 3.0 * error;
+    if fits && bank.as_ref().is_some_and(|bank| bank.asked >= LOOKED_AT) {
         return answer;
     }
-    // Before anything is called wrong: do other variates lead here?
+    // Before anything is called wrong, and at some places before it is called right: do other variates lead here?
     let bank = bank.get_or_insert_with(|| Bank::new(probe, expectation));
     match bank.others(probe, expectation, xi, location) {
+        Some(others) if others.is_empty() => answer,
         Some(mut others) => {
             others.push(here);
             sum(probe, density, &others)
         }
+        None if fits => answer,
         None => Answer::Unsettled,
     }
 }
@@ -207,11 +212,11 @@ fn determinant(probe: &dyn Probe, xi: &[f64], selecting: usize) -> Option<(f64, 
         step *= 0.5;
     }
     let (step, value, error) = best?;
-    // Steps of other lengths must agree: over jumps, three halvings agree by accident now and then.
+    // Steps of other lengths must agree: over jumps, three halvings agree by accident now and then, and a comb may keep step with them.
     let mut worst = error;
     for factor in [0.83, 0.71, 0.59] {
-        let other = differentiate(factor * step)?.determinant();
-        worst = worst.max((other - value).abs() / value.abs());
+        let other = differentiate(factor * step)?;
+        worst = worst.max((other.determinant() - value).abs() / value.abs()).max(other.bend);
     }
     (value != 0.0 && worst <= ACCURATE).then(|| (value.abs(), worst))
 }
@@ -263,7 +268,11 @@ impl Difference {
 }
 
 /// Samples by the leaf that they fall into, to look for other preimages of a point.
-struct Bank(HashMap<usize, Vec<Vec<f64>>>);
+struct Bank {
+    in_leaf: HashMap<usize, Vec<Vec<f64>>>,
+    /// How often it was asked.
+    asked: usize,
+}
 
 impl Bank {
     fn new(probe: &dyn Probe, expectation: &Expectation) -> Self {
@@ -279,23 +288,27 @@ impl Bank {
                 bank.entry(expectation.partition.leaf_of(location)).or_default().push(xi.clone());
             }
         }
-        Self(bank)
+        Self { in_leaf: bank, asked: 0 }
     }
 
     /// The other variates that lead to the sample of `xi`; `None` if there may be some that Newton's method can't reach.
     fn others(
-        &self,
+        &mut self,
         probe: &dyn Probe,
         expectation: &Expectation,
         xi: &[f64],
         location: &Location,
     ) -> Option<Vec<Preimage>> {
         // Nearer than this, two solutions are one.
-        const APART: f64 = 1e-3;
+        const APART: f64 = 2e-3;
+        const STARTS: usize = 16;
+        self.asked += 1;
         let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > APART);
         let mut found: Vec<Preimage> = Vec::new();
         let mut unclear = false;
-        for start in self.0.get(&expectation.partition.leaf_of(location)).into_iter().flatten().take(64) {
+        for start in
+            self.in_leaf.get(&expectation.partition.leaf_of(location)).into_iter().flatten().take(STARTS)
+        {
             if !apart(start, xi) || found.iter().any(|other| !apart(start, &other.xi)) {
                 continue;
             }
@@ -322,16 +335,14 @@ enum Newton {
 
 /// Variates near `start` whose sample is the sample of `target`.
 fn newton(probe: &dyn Probe, target: &[f64], start: &[f64]) -> Newton {
+    /// A step so short is the end; the rounding of a point in a narrow lobe allows no shorter one.
+    const SHORT: f64 = 2e-4;
+    const STEPS: usize = 30;
     let axes = probe.space().axes();
     let mut xi = start.to_vec();
-    let mut distance = f64::INFINITY;
-    for _ in 0..30 {
+    for _ in 0..STEPS {
         let Some((miss, _)) = probe.displacement(target, &xi) else { return Newton::Lost };
-        distance = miss[0].hypot(miss[1]);
-        if distance < 1e-6 {
-            return Newton::Found(xi);
-        }
-        let step = 2.0_f64.powi(-12);
+        let step = 2.0_f64.powi(-10);
         let mut columns = [[0.0; 2]; 2];
         for (axis, column) in columns.iter_mut().enumerate().take(axes) {
             let (mut ahead, mut behind) = (xi.clone(), xi.clone());
@@ -342,10 +353,10 @@ fn newton(probe: &dyn Probe, target: &[f64], start: &[f64]) -> Newton {
             let Some(((a, _), (b, _))) = ends else { return Newton::Lost };
             *column = [0, 1].map(|i| (a[i] - b[i]) / width);
         }
+        let [a, b] = columns;
         let move_by = if axes == 1 {
-            [-miss[0] / columns[0][0], 0.0]
+            [-miss[0] / a[0], 0.0]
         } else {
-            let [a, b] = columns;
             let determinant = a[0] * b[1] - b[0] * a[1];
             [
                 -(miss[0] * b[1] - b[0] * miss[1]) / determinant,
@@ -364,6 +375,9 @@ fn newton(probe: &dyn Probe, target: &[f64], start: &[f64]) -> Newton {
         if outside {
             return Newton::Left;
         }
+        if move_by.iter().all(|x| x.abs() < SHORT) {
+            return Newton::Found(xi);
+        }
     }
-    if distance < 1e-4 { Newton::Found(xi) } else { Newton::Lost }
+    Newton::Lost
 }

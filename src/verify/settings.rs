@@ -38,6 +38,8 @@ pub struct Settings {
     pub samplers: u64,
     /// Names of checks to leave out.
     pub without: Vec<String>,
+    /// Whether to look for what would explain a failure, which may take longer than all else.
+    pub diagnose: bool,
     /// Called now and then while samples are drawn.
     pub progress: Option<Arc<dyn Fn(Drawn) + Send + Sync>>,
     /// Once set, drawing ends soon and what was drawn is judged.
@@ -55,6 +57,7 @@ impl Default for Settings {
             others: 0,
             samplers: 1,
             without: Vec::new(),
+            diagnose: true,
             progress: None,
             stop: None,
         }
@@ -169,6 +172,12 @@ impl<'a, S: Sampler> Verify<'a, S> {
         let known = super::checks().any(|(name, _)| name == check);
         assert!(known, "there is no check `{check}`");
         self.settings.without.push(check.to_owned());
+        self
+    }
+
+    /// Does not look for what would explain a failure: for those who only count failures.
+    pub fn undiagnosed(mut self) -> Self {
+        self.settings.diagnose = false;
         self
     }
 

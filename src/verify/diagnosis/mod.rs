@@ -94,7 +94,8 @@ struct Fit {
 
 fn by_counts(case: &Case<'_>) -> Option<Diagnosis> {
     let total = case.expectation.total;
-    if !(total.value > 0.0 && total.value.is_finite() && total.error.is_finite()) {
+    let no_density = total.bad.is_some() || case.expectation.leaves.iter().any(|leaf| !(leaf.value >= 0.0));
+    if no_density || !(total.value > 0.0 && total.value.is_finite() && total.error.is_finite()) {
         return None;
     }
     let counts = Counts::new(case);
