@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Tables of many digits that tests/statistics.rs compares with: data/oracle/*.csv.
 
-    pip install mpmath gmpy2 python-flint numpy && python scripts/oracle_statistics.py
+    pip install mpmath gmpy2 python-flint numpy scipy && python scripts/oracle_statistics.py
 
 Wherever it can be, the way is another than the crate's: plain sums of positive terms at 400 digits, the other tail as
 their complement, exact matrix powers in ball arithmetic, and for Anderson-Darling at finite n a simulation. Arguments
@@ -271,9 +271,142 @@ def anderson_darling():
     write("anderson_darling_simulated", "z,n,hits,trials", rows)
 
 
+def ln_rising():
+    """ln[Gamma(a + n) / (Gamma(a) a^n)], by log-gamma at many digits and, where n is small, by the sum as a check."""
+    rows = []
+    with mp.workdps(80):
+        for a in [1e-300, 1e-12, 1e-3, 0.3, 0.999, 1, 1.7, 15.99, 16, 250.5, 1e4, 1234567.8, 1e9, 1e12]:
+            for n in [0, 1, 2, 3, 17, 1000, 10**6, 10**9, 10**12]:
+                A = mpf(a)
+                R = mp.loggamma(A + n) - mp.loggamma(A) - n * mp.log(A)
+                if n <= 1000:
+                    assert abs(R - sum(mp.log1p(j / A) for j in range(n))) < mpf(10) ** -50
+                rows.append((float(a), n, digits(R) if n > 1 else "0"))
+    write("ln_rising", "a,n,value", rows)
+
+
+def e_process():
+    """ln e by the log-gamma functions themselves, and the largest likelihood within the errors by a search in lambda.
+
+    Columns: case, total of the cells, ln e, conservative ln e; the cases are spelled out in tests/statistics.rs too.
+    """
+    rows = []
+    with mp.workdps(80):
+        for case in range(12):
+            m = [2, 3, 5, 40][case % 4]
+            weights = [(1 + (7 * i + 3 * case) % 11) for i in range(m)]
+            p = [float(w) / float(sum(weights)) for w in weights]
+            size = 10 ** (2 + 3 * (case // 4))
+            counts = [int(size * q * (1 + 0.01 * ((5 * i + case) % 7 - 3))) for i, q in enumerate(p)]
+            error = [1e-6, 1e-3, 3e-2][case % 3]
+            errors = [error * q for q in p]
+            total = sum(map(mpf, p))
+            q = [mpf(x) / total for x in p]
+            N = sum(counts)
+            terms = []
+            for j in range(1, 13):
+                k = mpf(10) ** j
+                t = mp.loggamma(k) - mp.loggamma(k + N)
+                t += sum(mp.loggamma(k * x + n) - mp.loggamma(k * x) for x, n in zip(q, counts))
+                terms.append(t)
+            top = max(terms)
+            numerator = top + mp.log(sum(mp.exp(t - top) for t in terms) / 12)
+            ln_e = numerator - sum(n * mp.log(x) for x, n in zip(q, counts))
+            low = [max(mpf(0), mpf(a) - mpf(b)) for a, b in zip(p, errors)]
+            high = [mpf(a) + mpf(b) for a, b in zip(p, errors)]
+            best = lambda lam: [min(max(n / lam, l), h) for n, l, h in zip(counts, low, high)]
+            below, above = mpf(1), mpf(10) ** 30
+            for _ in range(400):
+                middle = mp.sqrt(below * above)
+                if sum(best(middle)) > 1:
+                    below = middle
+                else:
+                    above = middle
+            inside = best(above)
+            assert abs(sum(inside) - 1) < mpf(10) ** -40
+            conservative = numerator - sum(n * mp.log(x) for x, n in zip(inside, counts))
+            rows.append((case, N, digits(ln_e), digits(conservative)))
+    write("e_process", "case,total,ln_e,ln_e_conservative", rows)
+
+
+def grouped():
+    """Kolmogorov's and Anderson and Darling's distance of grouped data: a closed form, and quadrature where an error is off."""
+    rows = []
+    rng = random.Random(20261124)
+    with mp.workdps(60):
+        for case in range(24):
+            m = [2, 3, 5, 12][case % 4]
+            spread = [0, 3, 12][case % 3]
+            weights = [10 ** (-spread * rng.random()) for _ in range(m)]
+            if m == 12:
+                weights[5] = 0.0
+            total = sum(weights)
+            masses = [w / total for w in weights]
+            n = 10 ** (2 + case % 5)
+            counts = [int(n * f * (1 + rng.uniform(-0.1, 0.1))) + (rng.random() < 0.3) for f in masses]
+            error = [0.0, 1e-9, 1e-4, 1e-2][(case // 4) % 4]
+            n, whole, at, seen = sum(counts), sum(map(mpf, masses)), mpf(0), 0
+            borders = [(mpf(0), mpf(0))]
+            for c, f in zip(counts, masses):
+                at += mpf(f) / whole
+                seen += c
+                borders.append((at, mpf(seen) / n - at))
+            borders[-1] = (mpf(1), mpf(0))
+            a2, least, e = mpf(0), mpf(0), mpf(error)
+            if error > 0:
+                e += abs(whole - 1)
+            for (f0, h0), (f1, h1) in zip(borders, borders[1:]):
+                if f1 == f0:
+                    continue
+                b = (h1 - h0) / (f1 - f0)
+                a = h0 - b * f0
+                part = -b * b * (f1 - f0)
+                if f0 > 0:
+                    part += a * a * mp.log(f1 / f0)
+                if f1 < 1:
+                    part += (a + b) ** 2 * mp.log((1 - f0) / (1 - f1))
+                a2 += part
+                if error == 0:
+                    least += part
+                elif f1 - f0 > 2 * e:
+                    cuts = [f0, f1] + ([x for x in ((e - a) / b, (-e - a) / b) if f0 < x < f1] if b else [])
+                    cuts += [f0 + (f1 - f0) * mpf(10) ** -j for j in range(1, 13)]
+                    cuts += [f1 - (f1 - f0) * mpf(10) ** -j for j in range(1, 13)]
+                    g = lambda F: max(abs(a + b * F) - e, 0) ** 2 / ((F + e) * (1 - F + e))
+                    with mp.workdps(30):
+                        least += mp.quad(g, sorted(cuts)) * (1 - 2 * e / (f1 - f0))
+            d = max(abs(h) for _, h in borders)
+            rows.append((digits(d), digits(n * a2), digits(n * least), error, *counts, *masses))
+    write("grouped", "kolmogorov,anderson_darling,anderson_darling_conservative,error,counts and masses", rows)
+
+
+def two_sample():
+    """Homogeneity of two count vectors: SciPy's Pearson statistic and p; G and Williams' factor at many digits."""
+    from scipy.stats import chi2_contingency
+
+    rows = []
+    rng = random.Random(20261125)
+    for case in range(16):
+        m = [2, 3, 7, 20][case % 4]
+        sizes = [10 ** (1 + case % 4), 10 ** (1 + case // 4)]
+        counts = [[int(size * rng.uniform(0.5, 1.5)) + 1 for _ in range(m)] for size in sizes]
+        if m > 2:
+            counts[case % 2][1] = 0
+        x = chi2_contingency(counts, correction=False)
+        g = chi2_contingency(counts, correction=False, lambda_="log-likelihood")
+        total = sum(map(sum, counts))
+        rows_part = sum(mpf(total) / sum(r) for r in counts) - 1
+        columns_part = sum(mpf(total) / (a + b) for a, b in zip(*counts)) - 1
+        factor = 1 + rows_part * columns_part / (6 * mpf(total) * (m - 1))
+        exact = 2 * sum(o * mp.log(mpf(o) * total / (sum(r) * (a + b))) for r in counts for o, a, b in zip(r, *counts) if o)
+        assert abs(exact - g.statistic) < 1e-8 * (1 + exact)
+        rows.append((float(x.statistic), float(x.pvalue), digits(exact), digits(factor), *counts[0], *counts[1]))
+    write("two_sample_counts", "pearson,p,g,williams,first and second", rows)
+
+
 if __name__ == "__main__":
     import sys
 
-    for table in [normal, chi_square, student_t, poisson, noncentral, binomial, anderson_darling, kolmogorov]:
+    for table in [normal, chi_square, student_t, poisson, noncentral, binomial, anderson_darling, kolmogorov, ln_rising, e_process, grouped, two_sample]:
         if len(sys.argv) < 2 or table.__name__ in sys.argv[1:]:
             table()

@@ -1,12 +1,34 @@
 //! The statistics against tables of many digits (`data/oracle`, made by `scripts/oracle_statistics.py`), against closed
 //! forms, and against laws that must hold for any input.
 
+#[path = "statistics/e_process.rs"]
+mod e_process;
+#[path = "statistics/grouped.rs"]
+mod grouped;
+#[path = "statistics/mean.rs"]
+mod mean;
+
 use proptest::prelude::*;
+use rand_distr::{Binomial, Distribution};
 use warpcheck::statistics::welch::{Summary, welch_t_test};
 use warpcheck::statistics::{
     CompensatedSum, Error, Moments, anderson_darling, beta, binomial, chi_square, gamma, kolmogorov,
     multiplicity, normal, poisson, student_t,
 };
+
+/// Counts of `n` samples of known cell masses, cell after cell.
+fn multinomial(n: u64, p: &[f64], rng: &mut impl Rng) -> Vec<u64> {
+    let (mut left, mut mass) = (n, 1.0);
+    p.iter()
+        .map(|&p| {
+            let share = if mass > p { p / mass } else { 1.0 };
+            let count = Binomial::new(left, share).unwrap().sample(rng);
+            left -= count;
+            mass -= p;
+            count
+        })
+        .collect()
+}
 
 /// The rows of a table, as numbers.
 fn table(name: &str) -> Vec<Vec<f64>> {
@@ -507,6 +529,9 @@ proptest! {
         prop_assert_eq!(merged.count(), all.count());
         prop_assert!((merged.mean() - all.mean()).abs() < 1e-10);
         prop_assert!((merged.variance().unwrap() - all.variance().unwrap()).abs() < 1e-8);
+        prop_assert!((merged.skewness().unwrap() - all.skewness().unwrap()).abs() < 1e-7);
+        prop_assert!((merged.kurtosis().unwrap() - all.kurtosis().unwrap()).abs() < 1e-7);
+        prop_assert_eq!((merged.smallest(), merged.largest()), (all.smallest(), all.largest()));
     }
 
     #[test]

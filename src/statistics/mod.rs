@@ -13,6 +13,7 @@
 //! | are values uniform, known one by one or in groups? do two samples agree? | [`kolmogorov`], [`anderson_darling`] |
 //! | do two means agree? | [`welch`] |
 //! | how much is a p-value worth among many? | [`multiplicity`] |
+//! | is a mean what it should be, and is the sample fit to tell? | [`Moments::mean_test`] |
 //! | how to add without losing bits | [`CompensatedSum`], [`Moments`] |
 //! | the distributions below these | [`normal`], [`student_t`], [`gamma`], [`beta`] |
 
@@ -25,6 +26,7 @@ mod error;
 pub mod gamma;
 mod grouped;
 pub mod kolmogorov;
+mod moments;
 pub mod multiplicity;
 mod noncentral_chi_square;
 pub mod normal;
@@ -36,4 +38,5 @@ mod sum;
 pub mod welch;
 
 pub use error::Error;
-pub use sum::{CompensatedSum, Moments};
+pub use moments::{MeanTest, Moments, Verdict};
+pub use sum::CompensatedSum;

@@ -1,10 +1,8 @@
-//! Sums that keep their low bits, and moments in one pass.
+//! Sums that keep their low bits.
 //!
 //! [`CompensatedSum`] carries the rounding error of every addition along: with s the running sum and c the
 //! carried error, `t = s + x; c += if |s| >= |x| { (s - t) + x } else { (x - t) + s }; s = t`
 //! (Neumaier, "Rundungsfehleranalyse einiger Verfahren zur Summation endlicher Summen", ZAMM 54, 1974).
-//! [`Moments`] updates mean and sum of squared deviations (Welford, Technometrics 4, 1962) and merges two
-//! parts by Chan, Golub and LeVeque ("Updating formulae and a pairwise algorithm", 1979, eq. 2.1).
 
 use std::iter::Sum;
 
@@ -68,82 +66,5 @@ impl FromIterator<f64> for CompensatedSum {
 impl Sum<f64> for CompensatedSum {
     fn sum<I: Iterator<Item = f64>>(terms: I) -> Self {
         terms.collect()
-    }
-}
-
-/// Count, mean and variance of a stream of numbers, in one pass and mergeable.
-///
-/// ```
-/// use warpcheck::statistics::Moments;
-/// let mut left: Moments = [4.0, 7.0].into_iter().collect();
-/// let right: Moments = [13.0, 16.0].into_iter().collect();
-/// left.merge(&right);
-/// assert_eq!((left.count(), left.mean(), left.variance()), (4, 10.0, Some(30.0)));
-/// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Moments {
-    count: u64,
-    mean: f64,
-    squares: f64,
-}
-
-impl Moments {
-    /// No numbers yet.
-    pub const fn new() -> Self {
-        Self { count: 0, mean: 0.0, squares: 0.0 }
-    }
-
-    /// Adds one number.
-    pub fn add(&mut self, x: f64) {
-        self.count += 1;
-        let delta = x - self.mean;
-        self.mean += delta / self.count as f64;
-        self.squares += delta * (x - self.mean);
-    }
-
-    /// Adds all numbers that `other` has seen.
-    pub fn merge(&mut self, other: &Self) {
-        if other.count == 0 {
-            return;
-        }
-        let (n, m) = (self.count as f64, other.count as f64);
-        let delta = other.mean - self.mean;
-        self.mean += delta * (m / (n + m));
-        self.squares += other.squares + delta * delta * (n * (m / (n + m)));
-        self.count += other.count;
-    }
-
-    /// How many numbers were added.
-    pub fn count(&self) -> u64 {
-        self.count
-    }
-
-    /// Arithmetic mean; 0 if there are no numbers.
-    pub fn mean(&self) -> f64 {
-        self.mean
-    }
-
-    /// Unbiased sample variance (divisor n - 1); `None` below two numbers.
-    pub fn variance(&self) -> Option<f64> {
-        (self.count > 1).then(|| self.squares / (self.count - 1) as f64)
-    }
-
-    /// Standard error of the mean, sqrt(variance / n); `None` below two numbers.
-    pub fn standard_error(&self) -> Option<f64> {
-        self.variance().map(|variance| (variance / self.count as f64).sqrt())
-    }
-}
-
-impl Extend<f64> for Moments {
-    fn extend<I: IntoIterator<Item = f64>>(&mut self, numbers: I) {
-        numbers.into_iter().for_each(|x| self.add(x));
-    }
-}
-
-impl FromIterator<f64> for Moments {
-    fn from_iter<I: IntoIterator<Item = f64>>(numbers: I) -> Self {
-        let mut moments = Self::new();
-        moments.extend(numbers);
-        moments
     }
 }
