@@ -1,11 +1,19 @@
 //! Tells the story: a run's result as a table for people, as JSON for programs, and as pictures.
 
+mod calibration;
+#[cfg(feature = "plots")]
+mod calibration_plot;
 #[cfg(feature = "json")]
 mod json;
 #[cfg(feature = "render")]
 mod pictures;
 mod table;
 
+pub use calibration::calibration_table;
+#[cfg(feature = "json")]
+pub use calibration::calibration_to_json;
+#[cfg(feature = "plots")]
+pub use calibration_plot::calibration_plot;
 #[cfg(feature = "json")]
 pub use json::to_json;
 #[cfg(feature = "render")]
