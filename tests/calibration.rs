@@ -8,7 +8,7 @@ use warpcheck::statistics::binomial;
 use warpcheck::verify::{Evidence, Examination, Finding, Settings, Verdict};
 use warpcheck::{report, verify};
 
-/// The short version, on the cheapest samplers of every kind: a few hundred runs see a rate that is twice its level.
+/// The short version: a hundred runs see a rate of three times its level.
 #[test]
 fn right_samplers_fail_no_more_often_than_alpha() {
     let triangle = BarycentricWarp::new(TriangleWarp::LowDistortion, 0.7).unwrap();
@@ -16,12 +16,12 @@ fn right_samplers_fail_no_more_often_than_alpha() {
     let areas: Vec<f64> = (1..=300).map(|i| f64::from(i % 17) + 0.1).collect();
     let table = DiscreteCdf::new(&areas).unwrap();
     let candidates = [
-        Candidate::sampler("triangle", &triangle).share(2),
-        Candidate::sampler("cosine", &CosineHemisphere).share(2),
+        Candidate::sampler("triangle", &triangle).share(3),
+        Candidate::sampler("cosine", &CosineHemisphere),
         Candidate::sampler("GGX 0.5", &lobe),
-        Candidate::sampler("table", &table).share(3),
+        Candidate::sampler("table", &table).share(5),
     ];
-    let plan = Plan { runs: 160, samples: 16_000, anytime_samples: 0, ..Plan::default() };
+    let plan = Plan { runs: 100, samples: 20_000, anytime_samples: 0, ..Plan::default() };
     let calibration = calibrate(&candidates, &plan);
     println!("{}", report::calibration_table(&calibration, report::Style::Plain));
     assert!(calibration.holds(), "{}", report::calibration_table(&calibration, report::Style::Plain));
@@ -40,9 +40,9 @@ fn right_samplers_fail_no_more_often_than_alpha() {
         let tested = |u: &&warpcheck::calibration::Uniformity| u.check == check && u.claim == claim;
         calibration.uniformity.iter().filter(tested).map(|u| u.p_values.len()).max()
     };
-    assert_eq!(claims("chi-square", Claim::Uniform), Some(160));
-    assert_eq!(claims("independence", Claim::Uniform), Some(160));
-    assert_eq!(claims("distribution", Claim::AtLeastUniform), Some(160));
+    assert_eq!(claims("chi-square", Claim::Uniform), Some(100));
+    assert_eq!(claims("independence", Claim::Uniform), Some(100));
+    assert_eq!(claims("distribution", Claim::AtLeastUniform), Some(100));
 }
 
 /// Under constant peeking the level holds at the worst of all looks.
@@ -50,11 +50,11 @@ fn right_samplers_fail_no_more_often_than_alpha() {
 fn peeking_raises_no_more_alarms() {
     let weights: Vec<f64> = (0..60).map(|i| f64::from(1 + i % 5)).collect();
     let table = DiscreteCdf::new(&weights).unwrap();
-    let plan = Plan { runs: 120, samples: 2_000, anytime_samples: 12 << 14, seed: 3, ..Plan::default() };
+    let plan = Plan { runs: 60, samples: 2_000, anytime_samples: 10 << 14, seed: 3, ..Plan::default() };
     let calibration = calibrate(&[Candidate::sampler("table", &table)], &plan);
     assert!(calibration.holds(), "{}", report::calibration_table(&calibration, report::Style::Plain));
     let row = calibration.row("sequential", Mode::Anytime).unwrap();
-    assert_eq!((row.all.runs, row.all.tests), (120, 120));
+    assert_eq!((row.all.runs, row.all.tests), (60, 60));
     let looked = calibration.uniformity_of(row);
     assert!(looked.iter().any(|u| u.claim == Claim::AtLeastUniform && u.p_values.iter().any(|&p| p < 1.0)));
 }

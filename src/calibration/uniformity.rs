@@ -22,7 +22,7 @@ impl Claim {
     /// What is not known to be uniform claims no more than it must.
     fn of(check: &str, part: &str) -> Self {
         // "pool of light cells" is an exact test of one count.
-        let table = check == "chi-square" && (part.starts_with('~') || part.starts_with("index modulo"));
+        let table = check == "chi-square" && (part.starts_with("scale ") || part.starts_with("index modulo"));
         if table || check == "independence" { Self::Uniform } else { Self::AtLeastUniform }
     }
 }
@@ -32,7 +32,7 @@ impl Claim {
 pub struct Uniformity {
     /// The check.
     pub check: &'static str,
-    /// Which part of it; numbers of cells, which differ from run to run, rounded to a power of 2.
+    /// Which part of it; `scale 1` are the coarsest cells, whose number differs from run to run.
     pub part: String,
     /// The sampler; `None` for all together.
     pub sampler: Option<String>,
@@ -85,14 +85,29 @@ impl Uniformity {
     }
 }
 
-/// "187 cells" and "190 cells" of two seeds are the same part.
-fn same_in_all_runs(part: &str) -> String {
-    let Some((number, rest)) = part.split_once(' ').filter(|(_, rest)| rest.starts_with("cells")) else {
-        return part.to_owned();
-    };
-    match number.parse::<f64>() {
-        Ok(cells) if cells >= 1.0 => format!("~{} {rest}", 2.0_f64.powi(cells.log2().round() as i32)),
-        _ => part.to_owned(),
+/// Gives the parts of one run, in order, names that are the same in all runs: "187 cells" and "190 cells" of two seeds are both "scale 2".
+struct Scales {
+    cells: String,
+    scale: u32,
+}
+
+impl Scales {
+    fn new() -> Self {
+        Self { cells: String::new(), scale: 0 }
+    }
+
+    fn name(&mut self, check: &str, part: &str) -> String {
+        let Some((cells, rest)) = part.split_once(" cells").filter(|_| check == "chi-square") else {
+            return part.to_owned();
+        };
+        if !cells.bytes().all(|c| c.is_ascii_digit()) {
+            return part.to_owned();
+        }
+        // X^2 and G of the same cells.
+        if cells != self.cells {
+            (self.cells, self.scale) = (cells.to_owned(), self.scale + 1);
+        }
+        format!("scale {}{rest}", self.scale)
     }
 }
 
@@ -103,10 +118,11 @@ pub(super) fn parts(names: &[&str], observations: &[(usize, Mode, Observation)])
         let counts = |check: &str| mode == Mode::Fixed || check == "sequential";
         let mut values: BTreeMap<(&'static str, String, Option<usize>), Vec<f64>> = BTreeMap::new();
         for (which, _, observation) in observations.iter().filter(|o| o.1 == mode) {
+            let mut scales = Scales::new();
             for (check, part, p) in observation.p_values.iter().filter(|(check, ..)| counts(check)) {
+                let part = scales.name(check, part);
                 // NaN: it is inconclusive and says nothing.
                 if (0.0..=1.0).contains(p) {
-                    let part = same_in_all_runs(part);
                     for sampler in [None, Some(*which)] {
                         values.entry((*check, part.clone(), sampler)).or_default().push(*p);
                     }
@@ -126,11 +142,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_of_cells_are_told_apart_by_scale() {
-        assert_eq!(same_in_all_runs("187 cells, G"), "~128 cells, G");
-        assert_eq!(same_in_all_runs("1368 cells"), "~1024 cells");
-        assert_eq!(same_in_all_runs("index modulo 61"), "index modulo 61");
-        assert_eq!(same_in_all_runs("axis 0, KS"), "axis 0, KS");
+    fn scales_have_the_same_name_in_all_runs() {
+        let names = |parts: &[&str]| {
+            let mut scales = Scales::new();
+            parts.iter().map(|part| scales.name("chi-square", part)).collect::<Vec<_>>()
+        };
+        let expected = ["scale 1", "scale 1, G", "scale 2", "index modulo 61", "pool of light cells"];
+        for [coarse, fine] in [["24", "187"], ["22", "300"]] {
+            let (coarse, g, fine) =
+                (format!("{coarse} cells"), format!("{coarse} cells, G"), format!("{fine} cells"));
+            assert_eq!(names(&[&coarse, &g, &fine, expected[3], expected[4]]), expected);
+        }
+        assert_eq!(Scales::new().name("weights", "9 cells"), "9 cells");
     }
 
     #[test]
@@ -140,12 +163,12 @@ mod tests {
             Uniformity::new(check, part.to_owned(), None, Mode::Fixed, values).refuted()
         };
         for (check, part) in
-            [("chi-square", "~128 cells"), ("chi-square", "pool of light cells"), ("weights", "")]
+            [("chi-square", "scale 2"), ("chi-square", "pool of light cells"), ("weights", "")]
         {
             assert!(!of(check, part, 1.0) && of(check, part, 1.3), "{check} {part}: small p-values");
         }
         // Too large: refutes only the claim to be uniform.
-        assert!(of("chi-square", "~128 cells", 0.7) && of("independence", "two streams", 0.7));
+        assert!(of("chi-square", "scale 2", 0.7) && of("independence", "two streams", 0.7));
         assert!(!of("chi-square", "pool of light cells", 0.7) && !of("distribution", "axis 0, KS", 0.7));
     }
 }
