@@ -36,7 +36,7 @@ Examples:
   warpcheck                                       verify all that ships, pictures in warpcheck-out/
   warpcheck verify environment --samples 10M      the environment maps only, with more samples
   warpcheck verify --list                         what there is
-  warpcheck calibrate --runs 1k                   false alarms and p-values of right samplers, measured
+  warpcheck calibrate --runs 1k                   false alarms of right samplers, measured
   warpcheck histogram data/env/noon_grass_512.hdr --samples 1M,10M,100M
   warpcheck histogram triangle/low-distortion     a shipped sampler on its own domain
   warpcheck render data/scene/veach_a3.toml --strategy mis:0.5 --spp 64
