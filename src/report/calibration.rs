@@ -1,9 +1,7 @@
 //! A calibration as a table for people and as JSON for programs.
 
 use super::table::Style;
-use crate::calibration::{
-    Calibration, Claim, LEVELS, Mode, Rate, Row, SIGNIFICANCE, Subject, Tally, Uniformity,
-};
+use crate::calibration::{Calibration, Claim, LEVELS, Mode, Rate, Row, SIGNIFICANCE, Subject, Uniformity};
 use crate::verify::{Verdict, p_value};
 use std::fmt::Write;
 
@@ -164,7 +162,7 @@ fn complaints(out: &mut String, calibration: &Calibration) {
 pub fn calibration_to_json(calibration: &Calibration) -> serde_json::Value {
     use serde_json::json;
     let mode = |mode: Mode| if mode == Mode::Fixed { "fixed" } else { "anytime" };
-    let tally = |tally: &Tally| {
+    let tally = |tally: &crate::calibration::Tally| {
         let rates = tally.rates.iter().map(|rate| {
             json!({
                 "level": rate.level,
