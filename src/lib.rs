@@ -32,6 +32,7 @@
 //! several threads (the results stay the same to the last bit), `json` writes reports, `pictures` reads maps and writes pictures, `render` adds
 //! scenes and estimators, `cli` (the default) the program.
 
+pub mod calibration;
 #[cfg(feature = "render")]
 pub mod catalogue;
 pub mod domain;

@@ -77,7 +77,7 @@ fn help_fits_a_screen() {
     let folder = tempdir().unwrap();
     let help = exits(&folder, "--help", 0);
     assert!(help.lines().count() <= 50 && help.lines().all(|line| line.chars().count() <= 100), "{help}");
-    for verb in ["verify", "histogram", "render"] {
+    for verb in ["verify", "calibrate", "histogram", "render"] {
         let help = exits(&folder, &format!("{verb} --help"), 0);
         assert!(help.lines().count() <= 50 && help.lines().all(|line| line.chars().count() <= 100), "{help}");
         assert_eq!(exits(&folder, &format!("help {verb}"), 0), help);
@@ -91,6 +91,7 @@ fn help_fits_a_screen() {
 
     Commands:
       verify     Check samplers: all that ship, or those named (a family like `phong`, or `phong/50`)
+      calibrate  Measure how often right samplers fail, beside how often they may
       histogram  Draw samples of a map or of a shipped sampler and write their histogram
       render     Render a scene with one strategy, or all of them as a contact sheet
       help       Print this message or the help of the given subcommand(s)
@@ -106,6 +107,7 @@ fn help_fits_a_screen() {
       warpcheck                                       verify all that ships, pictures in warpcheck-out/
       warpcheck verify environment --samples 10M      the environment maps only, with more samples
       warpcheck verify --list                         what there is
+      warpcheck calibrate --runs 1k                   false alarms of right samplers, measured
       warpcheck histogram data/env/noon_grass_512.hdr --samples 1M,10M,100M
       warpcheck histogram triangle/low-distortion     a shipped sampler on its own domain
       warpcheck render data/scene/veach_a3.toml --strategy mis:0.5 --spp 64
@@ -350,6 +352,17 @@ fn what_makes_no_sense_is_refused_in_one_sentence() {
         ("histogram triangle/square-root --out file/out".to_owned(), "can't make the folder file/out"),
         (cornell("--out file/out"), "can't make the folder file/out"),
         ("verify --json none/run.json".to_owned(), "there is no folder none to write none/run.json into"),
+        ("calibrate phong/5O".to_owned(), "there is no sampler `phong/5O`; did you mean `phong/50`?"),
+        (
+            "calibrate triangle broken".to_owned(),
+            "`broken/branch-squared` is broken on purpose: only right samplers raise false alarms",
+        ),
+        ("calibrate --runs 0".to_owned(), "'0' for '--runs <RUNS>': there must be at least 1"),
+        ("calibrate --runs some".to_owned(), "'some' for '--runs <RUNS>': not a count"),
+        ("calibrate --samples 1.5".to_owned(), "'1.5' for '--samples <SAMPLES>': not a whole number"),
+        ("calibrate --peeking -1".to_owned(), "'-1' for '--peeking <PEEKING>': there must be at least 1"),
+        ("calibrate --json calibration.png".to_owned(), "calibration.png is the name of a picture"),
+        ("calibrate --out file/out".to_owned(), "can't make the folder file/out"),
         ("verify --json .".to_owned(), ". is a folder, not a file"),
         ("histogram sphere/uniform --samples 1k,0".to_owned(), "'0' for '--samples <SAMPLES>'"),
         ("histogram sphere/uniform --height 0".to_owned(), "'0' for '--height <HEIGHT>'"),
@@ -371,6 +384,64 @@ fn what_makes_no_sense_is_refused_in_one_sentence() {
         let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
         assert_eq!(left, ["file"], "{words} left something behind");
     }
+}
+
+// ---- calibrate ----
+
+#[test]
+fn calibrate_measures_false_alarms_and_draws_them() {
+    let folder = tempdir().unwrap();
+    let words =
+        "calibrate discrete/ragged triangle/low-distortion --runs 40 --samples 4k --peeking 20k --seed 5";
+    let run = |threads: &str, out: &str| {
+        let words = format!("{words} --out {out} --json {out}.json");
+        let output = warpcheck(&folder, &words).env("RAYON_NUM_THREADS", threads).output().unwrap();
+        assert_eq!((output.status.code(), text(&output.stderr).as_str()), (Some(0), ""), "{output:?}");
+        let svg = fs::read_to_string(folder.path().join(out).join("calibration.svg")).unwrap();
+        (text(&output.stdout).replace(out, "out"), svg, json(&folder.path().join(format!("{out}.json"))))
+    };
+    let (table, svg, measured) = run("1", "run-1");
+    let again = run("2", "run-2");
+    assert_eq!(table, again.0);
+    assert!(svg == again.1 && measured == again.2, "depends on threads");
+    for line in
+        ["whole verdict", "whole verdict, peeking", "sequential, peeking", "chi-square: least likely leaf"]
+    {
+        assert!(table.lines().any(|l| l.starts_with(line)), "{line}: {table}");
+    }
+    assert!(
+        table.contains("pass: 40 runs, 4000 samples each") && table.contains("plot: out/calibration.svg")
+    );
+    assert!(svg.starts_with("<svg") && svg.contains("chi-square"));
+    assert_eq!((&measured["holds"], &measured["runs"]), (&true.into(), &40.into()));
+    let rows = measured["alarms"].as_array().unwrap();
+    let whole = rows.iter().find(|row| row["name"] == "whole verdict" && row["mode"] == "fixed").unwrap();
+    let rates = whole["tally"]["rates"].as_array().unwrap();
+    assert_eq!(rates.iter().map(|r| r["level"].as_f64().unwrap()).collect::<Vec<_>>(), [0.05, 0.01, 0.001]);
+    for rate in rates {
+        let [low, high] = [0, 1].map(|i| rate["interval_95"][i].as_f64().unwrap());
+        assert!((low..=high).contains(&rate["rate"].as_f64().unwrap()) && high < 0.5, "{rate}");
+    }
+    for part in measured["uniformity"].as_array().unwrap() {
+        let classes = part["classes"].as_array().unwrap().iter().map(|c| c.as_u64().unwrap());
+        assert_eq!(classes.sum::<u64>(), part["number"].as_u64().unwrap(), "{part}");
+    }
+    assert_eq!(
+        files(folder.path()),
+        ["run-1.json", "run-1/calibration.svg", "run-2.json", "run-2/calibration.svg"]
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_the_runs_so_far() {
+    let folder = tempdir().unwrap();
+    let words = "calibrate discrete/ragged --runs 1M --samples 1k --peeking 1k --out out --json out/run.json";
+    let out = interrupted(&folder, words);
+    assert!(out.contains("stopped: ") && out.contains("of 1000000 runs were made"), "{out}");
+    assert_eq!(files(folder.path()), ["out/calibration.svg", "out/run.json"]);
+    let done = json(&folder.path().join("out/run.json"))["runs"].as_u64().unwrap();
+    assert!((1..1_000_000).contains(&done), "{done}");
 }
 
 // ---- histogram ----

@@ -6,6 +6,7 @@ use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use warpcheck::catalogue::{self, Entry};
 
 /// Where pictures go unless told.
 pub const DEFAULT_OUT: &str = "warpcheck-out";
@@ -68,6 +69,23 @@ pub fn data_folder(told: Option<&Path>) -> Result<PathBuf> {
     candidates.into_iter().find(|folder| folder.join("env").is_dir() && folder.join("mesh").is_dir()).context(
         "the shipped data were found neither in ./data nor where the program was built; say --data DIR",
     )
+}
+
+/// The entries with these names or of these families, each once.
+pub fn choose<'a>(entries: &'a [Entry], names: &[String]) -> Result<Vec<&'a Entry>> {
+    let mut chosen: Vec<&Entry> = Vec::new();
+    for name in names {
+        match catalogue::find(entries, name) {
+            Ok(found) => chosen.extend(found),
+            Err(Some(nearest)) => {
+                bail!("there is no sampler `{name}`; did you mean `{nearest}`? (--list shows all)")
+            }
+            Err(None) => bail!("there is no sampler `{name}` (--list shows all)"),
+        }
+    }
+    let mut seen = std::collections::HashSet::new();
+    chosen.retain(|entry| seen.insert(&entry.name));
+    Ok(chosen)
 }
 
 /// The folders that were made for output. Those that nothing was put into go again with this value.

@@ -1,5 +1,6 @@
 //! The command line: one file a command, each arguments, call, report, exit code.
 
+mod calibrate;
 mod common;
 mod histogram;
 mod render;
@@ -22,6 +23,8 @@ struct Cli {
 enum Command {
     /// Check samplers: all that ship, or those named (a family like `phong`, or `phong/50`)
     Verify(verify::Arguments),
+    /// Measure how often right samplers fail, beside how often they may
+    Calibrate(calibrate::Arguments),
     /// Draw samples of a map or of a shipped sampler and write their histogram
     Histogram(histogram::Arguments),
     /// Render a scene with one strategy, or all of them as a contact sheet
@@ -33,6 +36,7 @@ Examples:
   warpcheck                                       verify all that ships, pictures in warpcheck-out/
   warpcheck verify environment --samples 10M      the environment maps only, with more samples
   warpcheck verify --list                         what there is
+  warpcheck calibrate --runs 1k                   false alarms of right samplers, measured
   warpcheck histogram data/env/noon_grass_512.hdr --samples 1M,10M,100M
   warpcheck histogram triangle/low-distortion     a shipped sampler on its own domain
   warpcheck render data/scene/veach_a3.toml --strategy mis:0.5 --spp 64
@@ -54,6 +58,7 @@ pub fn run() -> ExitCode {
     let result = match cli.command {
         None => verify::run(&verify::Arguments::default()),
         Some(Command::Verify(arguments)) => verify::run(&arguments),
+        Some(Command::Calibrate(arguments)) => calibrate::run(&arguments),
         Some(Command::Histogram(arguments)) => histogram::run(&arguments),
         Some(Command::Render(arguments)) => render::run(&arguments),
     };

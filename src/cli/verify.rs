@@ -1,7 +1,7 @@
 //! `warpcheck verify`: the battery on all shipped samplers, or those named.
 
 use super::common::{self, DEFAULT_OUT, OutputFolder, print};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use clap::Args;
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -166,19 +166,7 @@ fn choose<'a>(entries: &'a [Entry], names: &[String]) -> Result<Vec<&'a Entry>> 
     if names.is_empty() {
         return Ok(entries.iter().filter(|entry| entry.right).collect());
     }
-    let mut chosen: Vec<&Entry> = Vec::new();
-    for name in names {
-        match catalogue::find(entries, name) {
-            Ok(found) => chosen.extend(found),
-            Err(Some(nearest)) => {
-                bail!("there is no sampler `{name}`; did you mean `{nearest}`? (--list shows all)")
-            }
-            Err(None) => bail!("there is no sampler `{name}` (--list shows all)"),
-        }
-    }
-    let mut seen = std::collections::HashSet::new();
-    chosen.retain(|entry| seen.insert(&entry.name));
-    Ok(chosen)
+    common::choose(entries, names)
 }
 
 fn list_checks() -> Result<ExitCode> {

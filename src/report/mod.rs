@@ -1,6 +1,9 @@
 //! Tells the story: a run's result as a table for people, as JSON for programs, and as pictures.
 
 mod assert;
+mod calibration;
+#[cfg(feature = "plots")]
+mod calibration_plot;
 #[cfg(feature = "json")]
 mod json;
 #[cfg(feature = "render")]
@@ -9,6 +12,11 @@ mod pictures;
 mod residuals;
 mod table;
 
+pub use calibration::calibration_table;
+#[cfg(feature = "json")]
+pub use calibration::calibration_to_json;
+#[cfg(feature = "plots")]
+pub use calibration_plot::calibration_plot;
 #[cfg(feature = "json")]
 pub use json::to_json;
 #[cfg(feature = "render")]

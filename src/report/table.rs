@@ -14,7 +14,7 @@ pub enum Style {
 }
 
 impl Style {
-    fn paint(self, text: &str, verdict: Verdict) -> String {
+    pub(super) fn paint(self, text: &str, verdict: Verdict) -> String {
         let code = match verdict {
             Verdict::Pass => "32",
             Verdict::Inconclusive => "33",

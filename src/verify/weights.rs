@@ -14,8 +14,8 @@ use super::tally::Inverse;
 use crate::domain::{Cell, Groups};
 use crate::statistics::{self, Moments, normal};
 
-/// Samples in a cell before it is asked.
-const ENOUGH: u64 = 1000;
+/// Samples that a cell must expect to be asked.
+const ENOUGH: f64 = 1000.0;
 /// The largest weight may hold this share of the sum of squares.
 const LARGEST_SHARE: f64 = 1e-2;
 /// Weights are inverse `f32` densities.
@@ -125,6 +125,7 @@ fn cells<'a>(
 ) -> impl Iterator<Item = (usize, Option<Figure>)> + 'a {
     let n = case.tally.samples as f64;
     let groups = scale.cells.len();
+    let (masses, _) = case.expectation.masses_at(scale);
     let mut sums = vec![(0_u64, Inverse::default(), Some(0.0_f64)); groups];
     for (leaf, group) in scale.of_leaf.iter().enumerate() {
         let Some(group) = *group else { continue };
@@ -135,18 +136,23 @@ fn cells<'a>(
     }
     sums.into_iter().enumerate().map(move |(group, (count, inverse, limit))| {
         let measure = case.probe.space().cell_measure(&scale.cells[group]);
-        let figure = limit.and_then(|limit| figure(n, count, &inverse, limit, measure));
+        let figure = limit.and_then(|limit| figure(n, masses[group].value, count, &inverse, limit, measure));
         (group, figure)
     })
 }
 
-fn figure(n: f64, count: u64, sums: &Inverse, limit: f64, measure: f64) -> Option<Figure> {
+/// Whether a cell is asked depends on its density alone: to ask those that happen to have many samples is to ask those whose mean comes out high.
+fn figure(n: f64, mass: f64, count: u64, sums: &Inverse, limit: f64, measure: f64) -> Option<Figure> {
     let [first, second, third] = sums.powers;
-    if count < ENOUGH || !measure.is_finite() || !(measure > 0.0) || !third.is_finite() {
+    if !(n * mass >= ENOUGH) || !measure.is_finite() || !(measure > 0.0) || !third.is_finite() {
         return None;
     }
+    // At least, by Jensen's inequality: E[w^2] >= (E[w])^2 / P(cell).
+    let least_square = measure * measure / mass;
+    // Third moment over the 3/2th power of the second, as a weight at the limit in every sample of the cell would make it.
+    let skewness = limit.powi(3) * mass / (least_square.powf(1.5) * n.sqrt());
     // A weight beyond the limit belies the limit.
-    if sums.largest > limit || limit * limit > LARGEST_SHARE * second {
+    if limit * limit > LARGEST_SHARE * n * least_square || 6.0 * skewness > 1.0 || sums.largest > limit {
         return None;
     }
     let mean = first / n;
@@ -154,14 +160,10 @@ fn figure(n: f64, count: u64, sums: &Inverse, limit: f64, measure: f64) -> Optio
     let error = (variance / n).sqrt();
     let off = ((mean - measure).abs() - ROUNDING * measure).max(0.0);
     let z = off / error;
-    // Third moment about the mean, no smaller than what a weight at the limit could add unseen.
-    let central = (third / n - 3.0 * mean * second / n + 2.0 * mean.powi(3)).abs() + limit.powi(3) / n;
-    let skewness = central / (variance.powf(1.5) * n.sqrt());
-    if skewness * z.min(6.0) > 0.5 {
-        return None;
-    }
+    let seen =
+        (third / n - 3.0 * mean * second / n + 2.0 * mean.powi(3)).abs() / (variance.powf(1.5) * n.sqrt());
     // The series holds for z that are small against 1 / skewness; beyond that a figure so large needs no fine print.
-    let widened = (skewness * z.min(8.0).powi(3) / 3.0).exp();
+    let widened = (seen.max(0.5 * skewness) * z.min(8.0).powi(3) / 3.0).exp();
     let p = (2.0 * normal::sf(z) * widened).min(1.0);
     Some(Figure { p, ratio: mean / measure, relative_error: error / measure, share: count as f64 / n })
 }

@@ -1,0 +1,238 @@
+//! A calibration as a plot: measured rates over nominal ones, and p-values against the uniform distribution.
+
+use crate::calibration::{Calibration, Claim, Mode, Row, Subject};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+const SIZE: (u32, u32) = (1240, 560);
+const LEGEND: u32 = 230;
+/// Rates below it are drawn on it.
+const FLOOR: f64 = 1e-4;
+/// Kolmogorov's distance times sqrt n that is passed with probability 0.01.
+const BAND: f64 = 1.628;
+/// Lower and upper end of the right panel, in widths of the band.
+const ENDS: (f64, f64) = (-3.0, 2.0);
+
+type Failure<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
+
+/// The plot as the text of an SVG file.
+///
+/// Left: for every check and the whole verdict the measured rate of alarms over the level, both logarithmic, with its 95% interval; checks
+/// that may raise no alarm at all are left out. Right: for every part of every check, over p, the share of p-values below p minus p, in widths of
+/// Kolmogorov's 99% band of as many values.
+///
+/// # Errors
+/// [`std::fmt::Error`] if the text can't be put together.
+pub fn calibration_plot(calibration: &Calibration) -> Result<String, std::fmt::Error> {
+    let mut text = String::new();
+    draw(calibration, &mut text).map_err(|_| std::fmt::Error)?;
+    Ok(text)
+}
+
+fn font(size: i32) -> TextStyle<'static> {
+    ("sans-serif", size).into_font().color(&BLACK.mix(0.85))
+}
+
+/// Okabe and Ito's palette, told apart by most eyes, and three more.
+const COLOURS: [RGBColor; 9] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(120, 94, 240),
+    RGBColor(120, 80, 40),
+    RGBColor(150, 150, 150),
+];
+
+/// What is drawn of a row: those that involve chance.
+fn series(calibration: &Calibration) -> Vec<(&Row, RGBColor)> {
+    let rows = calibration.rows.iter().filter(|row| !row.all.is_certain());
+    // The runs that stop early repeat the checks that don't count.
+    let rows = rows
+        .filter(|row| row.mode == Mode::Fixed || row.subject == Subject::Whole || row.name() == "sequential");
+    rows.enumerate()
+        .map(|(i, row)| {
+            let whole = row.subject == Subject::Whole && row.mode == Mode::Fixed;
+            (row, if whole { BLACK } else { COLOURS[i % COLOURS.len()] })
+        })
+        .collect()
+}
+
+fn draw<'a>(calibration: &Calibration, text: &'a mut String) -> Result<(), Failure<'a>> {
+    let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
+    root.fill(&WHITE)?;
+    let (panels, legend) = root.split_horizontally(SIZE.0 - LEGEND);
+    let (left, right) = panels.split_horizontally((SIZE.0 - LEGEND) / 2);
+    let series = series(calibration);
+    rates(&left, &series)?;
+    distributions(&right, calibration, &series)?;
+    explain(&legend, calibration, &series)?;
+    root.present()
+}
+
+/// A square for the whole verdict, a triangle for peeking, a disk for a single check.
+#[derive(Clone, Copy, PartialEq)]
+enum Marker {
+    Square,
+    Triangle,
+    Disk,
+}
+
+fn marker(row: &Row) -> Marker {
+    match (row.mode, row.subject) {
+        (Mode::Anytime, _) => Marker::Triangle,
+        (_, Subject::Whole) => Marker::Square,
+        _ => Marker::Disk,
+    }
+}
+
+/// A marker in pixels.
+fn mark<'a>(
+    area: &DrawingArea<SVGBackend<'a>, Shift>,
+    (x, y): (i32, i32),
+    marker: Marker,
+    colour: RGBColor,
+) -> Result<(), Failure<'a>> {
+    match marker {
+        Marker::Square => area.draw(&Rectangle::new([(x - 5, y - 5), (x + 5, y + 5)], colour.filled())),
+        Marker::Triangle => area.draw(&TriangleMarker::new((x, y), 6, colour.filled())),
+        Marker::Disk => area.draw(&Circle::new((x, y), 4, colour.filled())),
+    }
+}
+
+fn rates<'a>(
+    area: &DrawingArea<SVGBackend<'a>, Shift>,
+    series: &[(&Row, RGBColor)],
+) -> Result<(), Failure<'a>> {
+    let range = (FLOOR * 0.8)..0.2;
+    let mut chart = ChartBuilder::on(area)
+        .caption("rate of alarms of right samplers", font(18))
+        .margin(12)
+        .x_label_area_size(44)
+        .y_label_area_size(64)
+        .build_cartesian_2d((4e-4..0.12).log_scale(), range.log_scale())?;
+    chart
+        .configure_mesh()
+        .x_desc("nominal: level alpha")
+        .y_desc("measured, with 95% interval")
+        .axis_desc_style(font(15))
+        .label_style(font(13))
+        .light_line_style(WHITE)
+        .bold_line_style(BLACK.mix(0.12))
+        .x_label_formatter(&|x| format!("{x}"))
+        .y_label_formatter(&|y| format!("{y}"))
+        .draw()?;
+    chart.draw_series(LineSeries::new([(4e-4, 4e-4), (0.12, 0.12)], BLACK.mix(0.5)))?;
+    for (i, &(row, colour)) in series.iter().enumerate() {
+        // Side by side, so that the intervals don't hide each other.
+        let beside = (0.11 * (i as f64 - 0.5 * (series.len() as f64 - 1.0))).exp();
+        for rate in &row.all.rates {
+            let x = rate.level * beside;
+            let share = rate.alarms as f64 / row.all.runs.max(1) as f64;
+            let [low, high, at] =
+                [rate.interval.lower, rate.interval.upper, share].map(|y| y.clamp(FLOOR, 0.2));
+            chart.draw_series(LineSeries::new([(x, low), (x, high)], colour.stroke_width(2)))?;
+            let pixel = chart.backend_coord(&(x, at));
+            let origin = area.get_base_pixel();
+            mark(area, (pixel.0 - origin.0, pixel.1 - origin.1), marker(row), colour)?;
+        }
+    }
+    Ok(())
+}
+
+fn distributions<'a>(
+    area: &DrawingArea<SVGBackend<'a>, Shift>,
+    calibration: &Calibration,
+    series: &[(&Row, RGBColor)],
+) -> Result<(), Failure<'a>> {
+    let mut chart = ChartBuilder::on(area)
+        .caption("distribution of p-values", font(18))
+        .margin(12)
+        .x_label_area_size(44)
+        .y_label_area_size(64)
+        .build_cartesian_2d(0.0..1.0, ENDS.0..ENDS.1)?;
+    chart
+        .configure_mesh()
+        .x_desc("p")
+        .y_desc("share of p-values below p, minus p, in 99% bands")
+        .axis_desc_style(font(15))
+        .label_style(font(13))
+        .light_line_style(WHITE)
+        .bold_line_style(BLACK.mix(0.12))
+        .draw()?;
+    chart.draw_series([Rectangle::new([(0.0, -1.0), (1.0, 1.0)], BLACK.mix(0.08).filled())])?;
+    for &(row, colour) in series {
+        for part in calibration.uniformity_of(row).into_iter().filter(|u| u.sampler.is_none()) {
+            let band = BAND / (part.p_values.len() as f64).sqrt();
+            let curve = (0..=200).map(|i| {
+                let p = f64::from(i) / 200.0;
+                // At 0 and 1 nothing can be off.
+                let off = if i % 200 == 0 { 0.0 } else { part.share_up_to(p) - p };
+                (p, (off / band).clamp(ENDS.0, ENDS.1))
+            });
+            if part.claim == Claim::Uniform {
+                chart.draw_series(LineSeries::new(curve, colour.stroke_width(2)))?;
+            } else {
+                chart.draw_series(DashedLineSeries::new(curve, 3, 4, colour.stroke_width(1)))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn explain<'a>(
+    area: &DrawingArea<SVGBackend<'a>, Shift>,
+    calibration: &Calibration,
+    series: &[(&Row, RGBColor)],
+) -> Result<(), Failure<'a>> {
+    let middle = |size| font(size).pos(Pos::new(HPos::Left, VPos::Center));
+    let mut y = 60;
+    for &(row, colour) in series {
+        let name = match row.mode {
+            Mode::Fixed => row.name().to_owned(),
+            Mode::Anytime => format!("{}, peeking", row.name()),
+        };
+        area.draw(&PathElement::new([(4, y), (32, y)], colour.stroke_width(2)))?;
+        mark(area, (18, y), marker(row), colour)?;
+        area.draw(&Text::new(name, (42, y), middle(15)))?;
+        y += 24;
+    }
+    let lines = [
+        "solid: claims to be uniform".to_owned(),
+        "dashed: may be larger,".to_owned(),
+        "so may fall below the band".to_owned(),
+        "grey: 99% band of Kolmogorov".to_owned(),
+        format!("{} runs, seed {}", calibration.runs, calibration.seed),
+        format!("rates below {FLOOR} at {FLOOR}"),
+    ];
+    y += 16;
+    for line in lines {
+        area.draw(&Text::new(line, (4, y), middle(13)))?;
+        y += 20;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::{Candidate, Plan, calibrate};
+    use crate::sampler::UniformSphere;
+
+    #[test]
+    fn names_every_check_that_involves_chance() {
+        let plan = Plan { runs: 25, samples: 2_000, anytime_samples: 2_000, ..Plan::default() };
+        let calibration = calibrate(&[Candidate::sampler("sphere", &UniformSphere)], &plan);
+        let svg = calibration_plot(&calibration).unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{svg}");
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+        for word in ["chi-square", "independence", "whole verdict", "sequential, peeking", "25 runs, seed 1"]
+        {
+            assert!(svg.contains(word), "{word}");
+        }
+        assert!(!svg.contains("normalisation"), "nothing to draw on a logarithmic axis");
+    }
+}
