@@ -1,7 +1,7 @@
 //! `warpcheck verify`: the battery on all shipped samplers, or those named.
 
 use super::common::{self, DEFAULT_OUT, OutputFolder, print};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::io::IsTerminal;
 use std::path::PathBuf;
