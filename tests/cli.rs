@@ -405,7 +405,7 @@ fn calibrate_measures_false_alarms_and_draws_them() {
     assert_eq!(table, again.0);
     assert!(svg == again.1 && measured == again.2, "depends on threads");
     for line in
-        ["whole verdict", "whole verdict, peeking", "sequential, peeking", "chi-square: least likely leaf"]
+        ["whole verdict", "whole verdict, peeking", "sequential, peeking", "chi-square: least likely cell"]
     {
         assert!(table.lines().any(|l| l.starts_with(line)), "{line}: {table}");
     }

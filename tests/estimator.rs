@@ -202,6 +202,7 @@ fn an_independent_renderer_agrees() {
 }
 
 #[test]
+#[ignore = "long: a contact sheet's worth of samples"]
 fn strategies_agree_on_plates() {
     let (scene, lights) = shipped("veach_a3");
     let sharp = sharp_blocks(&scene, 1e4);

@@ -45,12 +45,12 @@ fn smooth_directions() {
 fn peaky_directions() {
     let mut all = Vec::new();
     for kappa in [1e2, 1e4, 1e6] {
-        for mean in [Vec3::Z, Vec3::NEG_Z, Vec3::X, tilted()] {
+        for mean in [Vec3::NEG_Z, tilted()] {
             all.push(examine(format!("vMF {kappa} {mean}"), &VonMisesFisher::new(mean, kappa).unwrap()));
         }
     }
     for exponent in [0.0, 1.0, 50.0, 1e4, 1e6] {
-        for mirror in [Vec3::Z, tilted(), Vec3::new(0.996_194_7, 0.0, 0.087_155_74)] {
+        for mirror in [tilted(), Vec3::new(0.996_194_7, 0.0, 0.087_155_74)] {
             all.push(examine(
                 format!("Phong {exponent} {mirror}"),
                 &PhongLobe::new(mirror, exponent).unwrap(),
@@ -58,7 +58,7 @@ fn peaky_directions() {
         }
     }
     for alpha in [0.01, 0.1, 0.5, 1.0] {
-        for outgoing in [Vec3::Z, tilted(), Vec3::new(0.996_194_7, 0.0, 0.087_155_74)] {
+        for outgoing in [tilted(), Vec3::new(0.996_194_7, 0.0, 0.087_155_74)] {
             all.push(examine(
                 format!("GGX {alpha} {outgoing}"),
                 &GgxVisibleNormals::new(outgoing, alpha).unwrap(),

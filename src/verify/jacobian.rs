@@ -7,7 +7,7 @@
 //! 1/32 down; truncation falls as h^4 while the rounding of an `f32` point grows as 1/h, and the step is the one at which three in a row agree best
 //! (after Ridders, Adv. Eng. Softw. 4, 1982). The error is their difference, plus what rounding can do at that step, and steps of other lengths must
 //! agree within it. Over many small jumps (texels that nobody named) the differences are those of the average density: so what
-//! bends the density across the step counts as error too. A place where no step settles has a jump or a kink within reach, and is skipped and counted. Variates are on a lattice of 2^-20, so that steps are exact in `f32`; a sampler that takes `f64` simply settles at a smaller step.
+//! bends the density across the step, at the points drawn and between them, counts as error too. A place where no step settles has a jump or a kink within reach, and is skipped and counted. Variates are on a lattice of 2^-20, so that steps are exact in `f32`; a sampler that takes `f64` simply settles at a smaller step.
 
 use super::check::{Case, Check, Rests};
 use super::expectation::Expectation;
@@ -36,7 +36,7 @@ const ENOUGH: usize = 16;
 const WRONG_SHARE: f64 = 0.02;
 const WRONG: usize = 3;
 /// Samples among which other preimages are looked for.
-const BANK: usize = 1 << 14;
+const BANK: usize = 1 << 15;
 /// At so many places they are looked for though all seems well.
 const LOOKED_AT: usize = 24;
 
@@ -217,8 +217,29 @@ fn determinant(probe: &dyn Probe, xi: &[f64], selecting: usize) -> Option<(f64, 
     for factor in [0.83, 0.71, 0.59] {
         let other = differentiate(factor * step)?;
         worst = worst.max((other.determinant() - value).abs() / value.abs()).max(other.bend);
+        worst = worst.max(bend_between(probe, xi, selecting, axes, factor * step)?);
     }
     (value != 0.0 && worst <= ACCURATE).then(|| (value.abs(), worst))
+}
+
+/// How far the density is from a straight line between the sample and those a step away: a density that vanishes between the points that are drawn
+/// (a comb) bends nowhere else.
+fn bend_between(probe: &dyn Probe, xi: &[f64], selecting: usize, axes: usize, step: f64) -> Option<f64> {
+    let here = probe.displacement(xi, xi)?.1;
+    let mut moved = xi.to_vec();
+    let mut bend = 0.0_f64;
+    for variate in selecting..selecting + axes {
+        for sign in [-1.0, 1.0] {
+            moved[variate] = xi[variate] + sign * step;
+            let there = probe.displacement(xi, &moved)?.1;
+            for part in [0.27, 0.61, 0.83] {
+                let between = probe.density_between(xi, &moved, part)?;
+                bend = bend.max((between - (here + part * (there - here))).abs() / here);
+            }
+        }
+        moved[variate] = xi[variate];
+    }
+    Some(bend)
 }
 
 /// Central differences at one step.
@@ -301,14 +322,14 @@ impl Bank {
     ) -> Option<Vec<Preimage>> {
         // Nearer than this, two solutions are one.
         const APART: f64 = 2e-3;
-        const STARTS: usize = 16;
+        const STARTS: usize = 64;
         self.asked += 1;
         let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > APART);
         let mut found: Vec<Preimage> = Vec::new();
         let mut unclear = false;
-        for start in
-            self.in_leaf.get(&expectation.partition.leaf_of(location)).into_iter().flatten().take(STARTS)
-        {
+        let leaf = expectation.partition.leaf_of(location);
+        let near = [leaf, leaf.wrapping_sub(1), leaf + 1];
+        for start in near.iter().filter_map(|leaf| self.in_leaf.get(leaf)).flatten().take(STARTS) {
             if !apart(start, xi) || found.iter().any(|other| !apart(start, &other.xi)) {
                 continue;
             }

@@ -91,6 +91,8 @@ pub(super) trait Probe: Sync {
     fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64>;
     /// The displacement from the sample of one set of variates to that of another, and the density asked at the latter.
     fn displacement(&self, from: &[f64], to: &[f64]) -> Option<([f64; 2], f64)>;
+    /// The density at a part of the way from the sample of one set of variates to that of another, along the chart.
+    fn density_between(&self, from: &[f64], to: &[f64], part: f64) -> Option<f64>;
     /// How large the numbers of its point are; 0 if there is none.
     fn magnitude(&self, xi: &[f64]) -> f64;
     /// All preimages of the sample of `xi`, if the sampler lists them.
@@ -207,6 +209,20 @@ impl<S: Sampler> Probe for Subject<'_, S> {
     fn displacement(&self, from: &[f64], to: &[f64]) -> Option<([f64; 2], f64)> {
         let (from, to) = (self.sampler.sample(from)?.point, self.sampler.sample(to)?.point);
         Some((self.domain.displacement(&from, &to)?, self.sampler.density(&to)))
+    }
+
+    fn density_between(&self, from: &[f64], to: &[f64], part: f64) -> Option<f64> {
+        let (from, to) = (self.sampler.sample(from)?.point, self.sampler.sample(to)?.point);
+        let (a, b) = (self.domain.locate(&from).ok()?, self.domain.locate(&to).ok()?);
+        let mut step = [0, 1].map(|axis| b.at[axis] - a.at[axis]);
+        for (axis, step) in step.iter_mut().enumerate() {
+            // The short way round.
+            if self.domain.wraps(axis) && step.abs() > 0.5 {
+                *step -= step.signum();
+            }
+        }
+        let at = [0, 1].map(|axis| (a.at[axis] + part * step[axis]).rem_euclid(1.0));
+        (a.patch == b.patch).then(|| self.density_at(a.patch, at).0)
     }
 
     fn magnitude(&self, xi: &[f64]) -> f64 {

@@ -147,7 +147,23 @@ impl Report {
             write!(f, "  the density integrates to {integral:.6} +- {error:.0e}; ")?;
             writeln!(f, "{} of {} samples were rejected", examination.rejected, examination.samples)?;
         }
-        for conclusion in self.conclusions[sampler].iter().filter(|c| c.verdict != Verdict::Pass) {
+        if let Some(diagnosis) = &examination.diagnosis {
+            writeln!(f, "  diagnosis: {}", diagnosis.text)?;
+        }
+        // Of each check the part that says it most clearly; the others say the same.
+        let bad = || self.conclusions[sampler].iter().filter(|c| c.verdict != Verdict::Pass);
+        let alike = |a: &Conclusion, b: &Conclusion| {
+            (a.verdict, a.finding.check, a.adjusted_p.is_some())
+                == (b.verdict, b.finding.check, b.adjusted_p.is_some())
+        };
+        for (i, conclusion) in bad().enumerate() {
+            let p = |c: &Conclusion| c.adjusted_p.unwrap_or(0.0);
+            let better = |(j, other): (usize, &Conclusion)| {
+                alike(conclusion, other) && (p(other) < p(conclusion) || p(other) == p(conclusion) && j < i)
+            };
+            if bad().enumerate().any(better) {
+                continue;
+            }
             let finding = &conclusion.finding;
             write!(f, "  {}: {}", conclusion.verdict, finding.check)?;
             if !finding.part.is_empty() {
@@ -159,10 +175,10 @@ impl Report {
                 let p = p_value(p);
                 write!(f, "; p {p} after correction for {} tests, level {}", self.tests, self.alpha)?;
             }
-            writeln!(f)?;
-        }
-        if let Some(diagnosis) = &examination.diagnosis {
-            writeln!(f, "  diagnosis: {}", diagnosis.text)?;
+            match bad().filter(|other| alike(conclusion, other)).count() {
+                1 => writeln!(f)?,
+                parts => writeln!(f, "; and {} more of its parts", parts - 1)?,
+            }
         }
         if by_counts {
             let worst = examination.worst_cells(5);
