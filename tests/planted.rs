@@ -116,7 +116,7 @@ fn accepted(runs: u64) {
     const ALPHA: f64 = 0.05;
     let mean = Vec3::new(0.36, -0.48, 0.8);
     let alarms =
-        |sampler: &dyn Fn(u64) -> Verdict| (0..runs).filter(|&s| sampler(s) != Verdict::Pass).count() as u64;
+        |sampler: &dyn Fn(u64) -> Verdict| (0..runs).filter(|&s| sampler(s) == Verdict::Fail).count() as u64;
     let mut total = 0;
     for kappa in [1e2, 1e4, 1e6] {
         let lobe = VonMisesFisher::new(mean, kappa).unwrap();
@@ -125,7 +125,7 @@ fn accepted(runs: u64) {
     let lobe = PhongLobe::new(mean, 1e6).unwrap();
     total += alarms(&|seed| verify(&lobe).samples(200_000).seed(seed).alpha(ALPHA).run().verdict());
     let surprise = binomial::upper_tail(total, 4 * runs, ALPHA).unwrap();
-    assert!(surprise > 1e-4, "{total} of {} runs were alarms", 4 * runs);
+    assert!(surprise > 1e-4, "{total} of {} runs failed", 4 * runs);
     // A million samples at the default level.
     for kappa in [1e2, 1e4, 1e6] {
         verify(&VonMisesFisher::new(mean, kappa).unwrap()).run().assert();

@@ -254,7 +254,7 @@ fn pieces(
 }
 
 /// The integral of `density` over `cell` once more, by another rule that shares no node with [`Integrator`] and can't fall into step with
-/// the integrand: jittered points, one in each of about a thousand strata. Returns the value and its standard error, from the differences of
+/// the integrand: jittered points, one in each of a few thousand strata. Returns the value and its standard error, from the differences of
 /// neighbouring strata, which is if anything too large.
 pub fn integrate_at_random(
     space: &dyn Space,
@@ -264,7 +264,7 @@ pub fn integrate_at_random(
     density: &dyn Fn(usize, [f64; 2]) -> (f64, f64),
     uniform: &mut dyn FnMut() -> f64,
 ) -> (f64, f64) {
-    const STRATA: usize = 1024;
+    const STRATA: usize = 4096;
     let pieces = pieces(space, cell, knots, grading);
     let each = (STRATA / pieces.len()).max(4);
     let (columns, rows) = if space.axes() == 2 {
