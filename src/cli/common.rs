@@ -180,10 +180,7 @@ pub fn progress(total: u64, unit: &str) -> ProgressBar {
     bar
 }
 
-/// A sampler's or file's name as a file name.
-pub fn file_stem(name: &str) -> String {
-    name.chars().map(|c| if c.is_alphanumeric() || "._-".contains(c) { c } else { '-' }).collect()
-}
+pub use warpcheck::picture::file_stem;
 
 /// An error and its causes in one line; a cause that the error quotes is not said again.
 pub fn sentence(error: &anyhow::Error) -> String {

@@ -9,6 +9,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::Error;
 
+/// A sampler's or file's name as a file name: what is no letter, digit, dot, line or dash becomes a dash.
+///
+/// ```
+/// assert_eq!(warpcheck::picture::file_stem("phong/1e6"), "phong-1e6");
+/// ```
+pub fn file_stem(name: &str) -> String {
+    name.chars().map(|c| if c.is_alphanumeric() || "._-".contains(c) { c } else { '-' }).collect()
+}
+
 /// Writes a file through `fill`, whole or not at all.
 ///
 /// The bytes go to a temporary name in the same folder, are flushed to the disk, and only then take the place

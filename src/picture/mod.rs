@@ -49,7 +49,7 @@ mod sheet;
 mod tone;
 mod write;
 
-pub use atomic::write_atomically;
+pub use atomic::{file_stem, write_atomically};
 pub use canvas::Canvas;
 pub use colour::ColourMap;
 pub use error::{Error, Flaw};

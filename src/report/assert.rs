@@ -27,9 +27,7 @@ fn pictures(report: &Report) -> String {
         if report.verdict_on(i) == Verdict::Pass {
             continue;
         }
-        let keep = |c: char| if c.is_alphanumeric() || "._-".contains(c) { c } else { '-' };
-        let name: String = examination.name.chars().map(keep).collect();
-        let file = folder.join(format!("{name}.png"));
+        let file = folder.join(format!("{}.png", crate::picture::file_stem(&examination.name)));
         let made = std::fs::create_dir_all(&folder).map_err(|error| error.to_string()).and_then(|()| {
             crate::picture::write_png(&file, &super::residual_sheet(report, i)).map_err(|e| e.to_string())
         });
