@@ -130,6 +130,11 @@ impl List {
                 Ok(SeenFrom::new(sphere, Vec3::new(1.0, 1.0, 0.5)))
             },
         );
+        self.add("light/triangle", "directions through a triangle, uniform in its solid angle", |_| {
+            let vertices = [Vec3::new(0.2, 0.1, 1.0), Vec3::new(1.5, -0.3, 0.8), Vec3::new(-0.4, 1.1, 1.4)];
+            let seen = SphericalTriangle::new(Vec3::new(0.1, 0.2, 0.3), vertices);
+            Ok(seen.ok_or(crate::sampler::Error::NoArea { triangles: 1 })?)
+        });
     }
 
     fn environments(&mut self) {

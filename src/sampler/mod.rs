@@ -16,6 +16,7 @@ mod mesh_light;
 mod mixture;
 mod phong;
 mod solid_angle;
+mod spherical_triangle;
 mod uniform_direction;
 mod von_mises_fisher;
 mod with_delta;
@@ -33,6 +34,7 @@ pub use mesh_light::{LightSample, MeshLight, SeenFrom, Sides, SurfaceSample};
 pub use mixture::Mixture;
 pub use phong::PhongLobe;
 pub use solid_angle::View;
+pub use spherical_triangle::SphericalTriangle;
 pub use uniform_direction::{UniformHemisphere, UniformSphere};
 pub use von_mises_fisher::VonMisesFisher;
 pub use with_delta::WithDelta;
@@ -153,7 +155,10 @@ pub trait Sampler: Sync {
     }
 }
 
-impl<S: Sampler + ?Sized> Sampler for &S {
+/// A reference to a sampler, and a boxed one, are samplers.
+macro_rules! forward {
+    ($($pointer:ty),+) => {$(
+impl<S: Sampler + ?Sized> Sampler for $pointer {
     type Domain = S::Domain;
 
     fn domain(&self) -> Self::Domain {
@@ -204,6 +209,9 @@ impl<S: Sampler + ?Sized> Sampler for &S {
         (**self).has_density()
     }
 }
+    )+};
+}
+forward!(&S, Box<S>);
 
 /// What a sampler can't be made from.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

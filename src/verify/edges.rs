@@ -7,7 +7,7 @@ use super::probe::Probe;
 use crate::random::{ONE_MINUS_EPSILON_F32, ONE_MINUS_EPSILON_F64};
 
 /// The values that each variate takes.
-fn values() -> [f64; 14] {
+pub(super) fn values() -> [f64; 14] {
     let power = |e: i32| 2.0_f64.powi(e);
     [
         0.0,
@@ -103,7 +103,7 @@ fn knots(probe: &dyn Probe, tried: &mut Tried) -> Result<(), String> {
     Ok(())
 }
 
-fn combinations(values: &[f64], dimensions: usize) -> impl Iterator<Item = Vec<f64>> {
+pub(super) fn combinations(values: &[f64], dimensions: usize) -> impl Iterator<Item = Vec<f64>> {
     (0..values.len().pow(dimensions as u32)).map(move |mut code| {
         let mut digit = || {
             let value = values[code % values.len()];

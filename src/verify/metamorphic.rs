@@ -13,6 +13,7 @@
 //! | refinement | each weight in two, each texel in 2 x 2, keep masses and samples |
 //! | bright entry | one entry a million times as bright as the others, at either end, in the middle, in every corner of the map: most samples lie there, and the density is largest there |
 //! | zero weights | entries of weight 0 are never drawn and have no density, the first and the last included |
+//! | refusal | NaN, infinite and negative entries, no entries, and nothing but zeros are refused, wherever they stand; a sum that overflows is refused, or is none |
 //!
 //! Masses are compared up to [`RELATIVE`] and [`ABSOLUTE`], which leaves room for tables in `f32`. Samples are compared by chi-square tests of homogeneity; their
 //! p-values are corrected together by the [`Report`]. A builder that refuses an input, or panics on it, fails the relation; so does a table of another
@@ -265,11 +266,24 @@ impl<'a> Relations<'a> {
         self
     }
 
+    /// Leaves a relation out, by its name: "refusal" for a builder that has a use for negative weights.
+    pub fn without(mut self, relation: &str) -> Self {
+        self.settings.without.push(relation.to_owned());
+        self
+    }
+
+    /// All settings at once, in place of any that were made before.
+    pub fn settings(mut self, settings: Settings) -> Self {
+        self.settings = settings;
+        self
+    }
+
     /// Asks without judging, so that several builders can be judged in one [`Report`].
     pub fn examine(self) -> Examination {
         let start = Instant::now();
         let asking = Asking { relations: &self, drawn: Counter::new(0), streams: Counter::new(0) };
-        let findings = if self.list { asking.of_weights() } else { asking.of_maps() };
+        let mut findings = if self.list { asking.of_weights() } else { asking.of_maps() };
+        findings.retain(|finding| !self.settings.without.iter().any(|name| name == finding.check));
         let domain: &dyn Space = if self.list { &Discrete::new(FEW) } else { &Sphere };
         Examination {
             findings,
@@ -407,6 +421,7 @@ impl<'a> Asking<'a, '_> {
             refinement,
             self.bright(&uneven, &bright),
             self.zeros(&zeros),
+            self.refusal(&uneven),
         ];
         relations.into_iter().flat_map(Relation::findings).collect()
     }
@@ -469,6 +484,7 @@ impl<'a> Asking<'a, '_> {
             refinement,
             self.bright(&uneven, &bright),
             self.zeros(&zeros),
+            self.refusal(&uneven),
         ];
         relations.into_iter().flat_map(Relation::findings).collect()
     }
@@ -609,6 +625,40 @@ impl<'a> Asking<'a, '_> {
                 Ok(())
             });
         }
+        relation
+    }
+
+    /// What can't be sampled is refused.
+    fn refusal(&self, uneven: &Input) -> Relation {
+        let mut relation = Relation::new("refusal");
+        let last = uneven.values.len() - 1;
+        let mut bad: Vec<Input> = Vec::new();
+        for (place, at) in [("first", 0), ("middle", last / 2), ("last", last)] {
+            for value in [f64::NAN, f64::INFINITY, -1.0] {
+                let name = format!("the {place} entry is {value}");
+                bad.push(uneven.with(name, |i| if i == at { value } else { uneven.values[i] }));
+            }
+        }
+        bad.push(uneven.with("all entries are 0", |_| 0.0));
+        if uneven.list {
+            bad.push(Input { values: Vec::new(), ..uneven.named("no entries") });
+        }
+        for input in bad {
+            relation.ask(&input.name, |_| match self.build(&input) {
+                Err(_) => Ok(()),
+                Ok(_) => Err("it is accepted".to_owned()),
+            });
+        }
+        // Each of them is a number even in f32, their sum is not.
+        let huge = uneven.with("entries of 1e38 each", |_| 1e38);
+        relation.ask(&huge.name, |_| {
+            let Ok(table) = self.build(&huge) else { return Ok(()) };
+            let masses = masses(&*table, &huge);
+            match masses.iter().position(|&mass| !(mass > 0.0 && mass < 1.0)) {
+                Some(entry) => Err(format!("the mass at {} is {}", where_is(&huge, entry), masses[entry])),
+                None => Ok(()),
+            }
+        });
         relation
     }
 

@@ -19,7 +19,8 @@
 //! | sequential | in place of those that count, in a run that stops as soon as it knows |
 //!
 //! Without a density, [`compare`] holds two samplers against each other, [`compare_samples`] two sets of points, [`streams`] the streams of a
-//! generator; [`metamorphic`] asks tables what must not change when their input does.
+//! generator; [`metamorphic`] asks tables what must not change when their input does. Where there is no density at all, [`estimator`] holds a mean
+//! against the truth, and [`film`] asks whether samples are added up rightly.
 //!
 //! Everything that involves chance gives a p-value; they are corrected together, over everything that the run tested (Holm), so that
 //! a run of right samplers fails with a probability of at most alpha, however many there are.
@@ -28,8 +29,10 @@ mod agreement;
 mod check;
 mod diagnosis;
 mod edges;
+mod estimator;
 mod examination;
 mod expectation;
+mod film;
 mod finding;
 mod goodness;
 mod independence;
@@ -55,7 +58,9 @@ mod weights;
 
 pub use check::checks;
 pub use diagnosis::Diagnosis;
+pub use estimator::{Estimator, estimator};
 pub use examination::{Against, Examination};
+pub use film::{Film, Values, film};
 pub use finding::{Evidence, Finding, Verdict};
 pub use map::{CellFigure, ResidualMap};
 pub use points::{PointsError, Samples};

@@ -63,11 +63,19 @@ pub(super) struct Extras<'a, P> {
     pub target: Option<Box<dyn Fn(&P) -> f64 + Send + Sync + 'a>>,
     pub known: Vec<Known<'a, P>>,
     pub rivals: Vec<Named<'a, P>>,
+    pub importance: Option<Importance<'a, P>>,
+}
+
+/// What the density should be proportional to.
+pub(super) struct Importance<'a, P> {
+    pub function: Box<dyn Fn(&P) -> f64 + Send + Sync + 'a>,
+    /// The largest relative standard deviation of function / density.
+    pub spread: f64,
 }
 
 impl<P> Default for Extras<'_, P> {
     fn default() -> Self {
-        Self { target: None, known: Vec::new(), rivals: Vec::new() }
+        Self { target: None, known: Vec::new(), rivals: Vec::new(), importance: None }
     }
 }
 
@@ -101,6 +109,8 @@ pub(super) trait Probe: Sync {
     fn left_over(&self, xi: &[f64]) -> Option<f64>;
     fn cell_mass(&self, cell: &Cell) -> Option<f64>;
     fn target_at(&self, patch: usize, at: [f64; 2]) -> Option<f64>;
+    /// What the density should be proportional to, over the density, at the samples of these variates; the spread allowed.
+    fn importance(&self, xi: &[f64]) -> Option<(Vec<f64>, f64)>;
     /// Names and integrals of the functions with known integrals.
     fn known(&self) -> Vec<(&str, f64)>;
     /// Names and values of the densities that a mistaken copy may have.
@@ -261,6 +271,15 @@ impl<S: Sampler> Probe for Subject<'_, S> {
     fn target_at(&self, patch: usize, at: [f64; 2]) -> Option<f64> {
         let target = self.extras.target.as_ref()?;
         Some(target(&self.domain.point(patch, at).0))
+    }
+
+    fn importance(&self, xi: &[f64]) -> Option<(Vec<f64>, f64)> {
+        let importance = self.extras.importance.as_ref()?;
+        let ratio = |xi: &[f64]| {
+            let sample = self.sampler.sample(xi)?;
+            Some((importance.function)(&sample.point) / sample.density)
+        };
+        Some((self.each(xi).filter_map(ratio).collect(), importance.spread))
     }
 
     fn known(&self) -> Vec<(&str, f64)> {

@@ -2,7 +2,7 @@
 
 use super::examination::{Against, Examination, examine};
 use super::finding::{Finding, Verdict};
-use super::probe::{Extras, Known, Subject};
+use super::probe::{Extras, Importance, Known, Subject};
 use super::report::Report;
 use crate::domain::Space;
 use crate::sampler::{PointOf, Sampler};
@@ -211,6 +211,30 @@ impl<'a, S: Sampler> Verify<'a, S> {
         integral: f64,
     ) -> Self {
         self.extras.known.push(Known { name: name.into(), function: Box::new(function), integral });
+        self
+    }
+
+    /// What the density should follow: `function` / density is as constant as `spread` says, its standard deviation over its mean. An error
+    /// here makes no picture wrong, only noisy: the density is not that of the function that it was made for. 0 asks for exact proportion.
+    ///
+    /// ```
+    /// use warpcheck::sampler::CosineHemisphere;
+    /// use warpcheck::verify::Verdict;
+    /// warpcheck::verify(&CosineHemisphere).importance(|w| w.z, 0.0).samples(50_000).run().assert();
+    /// let report = warpcheck::verify(&CosineHemisphere).importance(|w| w.z * w.z, 0.1).samples(50_000).run();
+    /// assert_eq!(report.verdict(), Verdict::Fail);
+    /// ```
+    ///
+    /// # Panics
+    /// Unless the spread is at least 0.
+    #[track_caller]
+    pub fn importance(
+        mut self,
+        function: impl Fn(&PointOf<S>) -> f64 + Send + Sync + 'a,
+        spread: f64,
+    ) -> Self {
+        assert!(spread >= 0.0, "the spread is {spread}; it must be at least 0");
+        self.extras.importance = Some(Importance { function: Box::new(function), spread });
         self
     }
 

@@ -6,12 +6,16 @@
 //! unanswered. The p-value is the normal tail times exp(|gamma| z^3 / 3), the leading term of Cramér's series of a mean over its own standard error, for
 //! the skewness that those weights allow (Wang, Electron. Commun. Probab. 16, 2011), and is corrected over the cells asked.
 //!
+//! A density that follows its importance f has a nearly constant f / density. With weights r of mean m, the squares (r / m - 1)^2 have the squared spread as
+//! their mean, which is tested against the spread that was promised.
+//!
 //! The mean of f / density for functions with known integrals is tested alike, and is unanswered where the samples themselves show heavy tails.
 
 use super::check::{Case, Check, Rests};
 use super::finding::{Evidence, Finding, Verdict};
 use super::tally::Inverse;
 use crate::domain::{Cell, Groups};
+use crate::random::{fill_unit, stream};
 use crate::statistics::{self, Moments, normal};
 
 /// Samples that a cell must expect to be asked.
@@ -41,6 +45,7 @@ impl Check for Weights {
         if case.probe.space().axes() > 0 && case.tally.samples > 0 {
             findings.push(inverse_density(self.name(), case));
         }
+        findings.extend(spread(self.name(), case));
         for ((name, integral), moments) in case.probe.known().into_iter().zip(&case.tally.known) {
             findings.push(known_integral(self.name(), name, integral, moments));
         }
@@ -166,6 +171,39 @@ fn figure(n: f64, mass: f64, count: u64, sums: &Inverse, limit: f64, measure: f6
     let widened = (seen.max(0.5 * skewness) * z.min(8.0).powi(3) / 3.0).exp();
     let p = (2.0 * normal::sf(z) * widened).min(1.0);
     Some(Figure { p, ratio: mean / measure, relative_error: error / measure, share: count as f64 / n })
+}
+
+/// Squares of this are rounding of `f32` densities.
+const ROUNDED_SPREAD: f64 = 1e-4;
+const SPREAD_SAMPLES: usize = 1 << 16;
+
+fn spread(check: &'static str, case: &Case<'_>) -> Option<Finding> {
+    let mut xi = vec![0.0; SPREAD_SAMPLES * case.probe.dimensions().max(1)];
+    fill_unit(&mut stream(case.settings.seed, "importance", 0), &mut xi);
+    let (ratios, allowed) = case.probe.importance(&xi)?;
+    let certain = |verdict, detail: String| Finding::certain(check, verdict, detail).part("spread");
+    if let Some(bad) = ratios.iter().find(|r| !(r.is_finite() && **r >= 0.0)) {
+        return Some(certain(Verdict::Fail, format!("importance over density is {bad} at a sample")));
+    }
+    let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+    if !(mean > 0.0) {
+        return Some(certain(Verdict::Fail, "the importance is 0 at all samples".to_owned()));
+    }
+    let squares: Moments = ratios.iter().map(|r| (r / mean - 1.0).powi(2)).collect();
+    let limit = (allowed + ROUNDED_SPREAD).powi(2);
+    let found = squares.mean().sqrt();
+    let detail =
+        format!("importance over density spreads by {found:.4} of its mean, where {allowed:.4} is promised");
+    if squares.mean() <= limit {
+        return Some(certain(Verdict::Pass, detail).sees(format!("a spread well over {allowed:.4}")));
+    }
+    let evidence = match squares.mean_test(limit, 0.0) {
+        Ok(test) if test.trust.is_trusted() => {
+            Evidence::Chance { p: test.p_conservative, conservative: test.p_conservative }
+        }
+        _ => Evidence::Unanswered,
+    };
+    Some(Finding::new(check, evidence, detail).part("spread"))
 }
 
 fn known_integral(check: &'static str, name: &str, integral: f64, moments: &Moments) -> Finding {

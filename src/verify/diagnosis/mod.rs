@@ -84,6 +84,20 @@ pub(super) fn diagnose(case: &Case<'_>) -> Option<Diagnosis> {
         .or_else(|| direct::disagreement(case).or_else(|| direct::edges(case)).map(Diagnosis::direct))
 }
 
+/// What would explain a mean that is `ratio` times what it should be, known up to a relative `tolerance`.
+pub(super) fn of_mean(ratio: f64, tolerance: f64) -> Option<Diagnosis> {
+    if !(tolerance < 0.05) {
+        return None;
+    }
+    let (name, text) = match hypotheses::constant(ratio, tolerance, 1) {
+        Some(known) => {
+            (format!("constant {known}"), format!("every value is {known} times what it should be"))
+        }
+        None => ("constant".to_owned(), format!("the mean is {ratio:.6} times what it should be")),
+    };
+    Some(Diagnosis { name, ..Diagnosis::direct(("", text)) })
+}
+
 /// A hypothesis and how it fits.
 struct Fit {
     hypothesis: Hypothesis,
