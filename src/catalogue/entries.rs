@@ -1,7 +1,7 @@
 //! The list.
 
 use super::{Error, Subject, read_environment};
-use crate::fault;
+use crate::fault::{self, Fault};
 use crate::sampler::*;
 use crate::scene::{Material, Mesh};
 use glam::Vec3;
@@ -46,9 +46,7 @@ pub fn entries(data: &Path) -> Vec<Entry> {
     all.environments();
     all.directions();
     all.mixtures();
-    let right = all.entries.len();
     all.broken();
-    all.entries[right..].iter_mut().for_each(|entry| entry.right = false);
     all.entries
 }
 
@@ -184,19 +182,16 @@ impl List {
         });
     }
 
+    /// The faults that are samplers.
     fn broken(&mut self) {
-        self.add("broken/branch-squared", "barycentric warp that branches at xi0 < xi1^2", |_| {
-            Ok(fault::barycentric_branch_squared())
-        });
-        self.add(
-            "broken/uniform-for-cosine",
-            "uniform hemisphere with the density of cosine weighting",
-            |_| Ok(fault::uniform_with_cosine_density()),
-        );
-        self.add("broken/environment-no-sine", "environment map sampled without sin theta", |data| {
-            let file = data.join("env/noon_grass_512.hdr");
-            Ok(fault::environment_without_sine(read_environment(&file, RowWarp::UniformV)?)?)
-        });
+        for fault in fault::all().into_iter().filter(Fault::is_sampler) {
+            self.entries.push(Entry {
+                name: format!("broken/{}", fault.name),
+                about: fault.wrong.to_owned(),
+                right: false,
+                make: Box::new(move || Ok(Box::new(fault.make()))),
+            });
+        }
     }
 
     fn mixtures(&mut self) {

@@ -1,6 +1,7 @@
 //! A sampler as a trait object: what can be done with one without knowing its points.
 
 use crate::domain::Space;
+use crate::fault::Specimen;
 use crate::histogram::{Histogram, claimed_density};
 use crate::sampler::Sampler;
 use crate::verify::{Examination, Settings, verify};
@@ -32,6 +33,39 @@ pub struct HistogramFigure {
     pub domain: &'static str,
     /// What the picture's axes are.
     pub caption: &'static str,
+}
+
+/// Those that are samplers; of the others there is no picture to draw.
+impl Subject for Specimen {
+    fn examine(&self, name: &str, settings: &Settings) -> Examination {
+        Specimen::examine(self, name, settings)
+    }
+
+    fn histogram(&self, height: usize, settings: &Settings) -> HistogramFigure {
+        self.as_subject().expect("a specimen that is a sampler").histogram(height, settings)
+    }
+
+    fn aspect(&self) -> f64 {
+        self.as_subject().map_or(1.0, Subject::aspect)
+    }
+}
+
+impl Specimen {
+    /// The sampler, of whatever domain, without what its author says of it.
+    pub fn as_subject(&self) -> Option<&dyn Subject> {
+        Some(match self {
+            Self::Discrete(trial) => trial.sampler(),
+            Self::Interval(trial) => trial.sampler(),
+            Self::Square(trial) => trial.sampler(),
+            Self::Triangle(trial) => trial.sampler(),
+            Self::Surface(trial) => trial.sampler(),
+            Self::Hemisphere(trial) => trial.sampler(),
+            Self::Sphere(trial) => trial.sampler(),
+            Self::Weights(_) | Self::Maps(_) | Self::Streams(_) | Self::Film(_) | Self::Estimator(_) => {
+                return None;
+            }
+        })
+    }
 }
 
 impl<S: Sampler + Send> Subject for S {

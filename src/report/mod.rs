@@ -4,6 +4,7 @@ mod assert;
 mod calibration;
 #[cfg(feature = "plots")]
 mod calibration_plot;
+mod faults;
 #[cfg(feature = "json")]
 mod json;
 #[cfg(feature = "render")]
@@ -17,6 +18,9 @@ pub use calibration::calibration_table;
 pub use calibration::calibration_to_json;
 #[cfg(feature = "plots")]
 pub use calibration_plot::calibration_plot;
+#[cfg(feature = "json")]
+pub use faults::faults_to_json;
+pub use faults::{Twins, fault_table};
 #[cfg(feature = "json")]
 pub use json::to_json;
 #[cfg(feature = "render")]

@@ -80,6 +80,11 @@ fn places(cell: &Cell, axes: usize) -> impl Iterator<Item = [f64; 2]> {
     first.into_iter().flat_map(move |a| second.clone().into_iter().map(move |b| [a, b]))
 }
 
+/// A place where the target is positive and the density is 0.
+pub(super) fn target_fails(case: &Case<'_>) -> Option<String> {
+    target("", case).filter(|f| f.evidence == Evidence::Certain(Verdict::Fail)).map(|f| f.detail)
+}
+
 fn target(check: &'static str, case: &Case<'_>) -> Option<Finding> {
     const PATCHES: usize = 64;
     let (probe, axes) = (case.probe, case.probe.space().axes());

@@ -1,6 +1,6 @@
 //! Mistakes that show without counts: points outside of the domain by a share that is known, densities that disagree, variates at their ends.
 
-use crate::random::{ONE_MINUS_EPSILON_F32, ONE_MINUS_EPSILON_F64, fill_unit, stream};
+use crate::random::{fill_unit, stream};
 use crate::verify::check::Case;
 use crate::verify::probe::{Draw, Fate};
 
@@ -23,6 +23,9 @@ pub(super) fn outside(case: &Case<'_>) -> Option<Mistake> {
         let text =
             "1/48 of the points leave the triangle, as with the branch xi0 < xi1^2 where xi0 < xi1 belongs";
         Some(("branch squared", text.to_owned()))
+    } else if triangle && near(0.25) {
+        let text = "a quarter of the points leave the triangle: of points over the diagonal only one coordinate is folded back";
+        Some(("one coordinate folded", text.to_owned()))
     } else if triangle && near(0.5) {
         let text = "half of the points leave the triangle: the unit square is not folded onto it";
         Some(("fold missing", text.to_owned()))
@@ -38,6 +41,123 @@ pub(super) fn outside(case: &Case<'_>) -> Option<Mistake> {
     } else {
         None
     }
+}
+
+/// Everything is rejected.
+pub(super) fn nothing(case: &Case<'_>) -> Option<Mistake> {
+    let tally = case.tally;
+    let text = "every sample is rejected: the lamp's other side, the other hemisphere, an empty table";
+    (tally.samples > 0 && tally.rejected == tally.samples).then(|| ("nothing is sampled", text.to_owned()))
+}
+
+/// The density is no number over a part of the domain.
+pub(super) fn not_finite(case: &Case<'_>) -> Option<Mistake> {
+    let (location, value) = case.expectation.total.bad?;
+    if value.is_finite() && case.tally.invalid.count == 0 {
+        return None;
+    }
+    let first = case.tally.invalid.first.as_ref().map_or(String::new(), |offence| {
+        format!(", and at {} of {} samples ({})", case.tally.invalid.count, case.tally.samples, offence.what)
+    });
+    let place = case.probe.describe(location.patch, location.at);
+    Some(("density not finite", format!("the density is {value} at {place}{first}")))
+}
+
+/// What is left over of a variate leaves [0, 1), or does not fill it.
+pub(super) fn left_over(case: &Case<'_>) -> Option<Mistake> {
+    const SAMPLES: usize = 1 << 14;
+    if let Some(first) = &case.tally.left_over_outside.first {
+        let text = format!("the variate left over leaves [0, 1): {}", first.what);
+        return Some(("left-over variate outside", text));
+    }
+    let dimensions = case.probe.dimensions().max(1);
+    let mut xi = vec![0.0; SAMPLES * dimensions];
+    fill_unit(&mut stream(case.settings.seed, "diagnosis", 1), &mut xi);
+    let rests: Vec<f64> = xi.chunks_exact(dimensions).filter_map(|xi| case.probe.left_over(xi)).collect();
+    let largest = rests.iter().copied().fold(0.0, f64::max);
+    // Of a thousand uniform variates none is over 0.9 with a probability of 1e-46.
+    (rests.len() >= 1000 && largest < 0.9).then(|| {
+        let text = format!(
+            "the variate left over is never above {largest:.4}: it is not re-scaled by the mass of its entry"
+        );
+        ("left-over variate not re-scaled", text)
+    })
+}
+
+/// There is no density where the target is positive.
+pub(super) fn target(case: &Case<'_>) -> Option<Mistake> {
+    let probe = case.probe;
+    probe.target_at(0, [0.5; 2])?;
+    let (mut without, mut all) = (0.0, 0.0);
+    for cell in case.expectation.partition.leaves() {
+        let middle = [0, 1].map(|axis| 0.5 * (cell.low[axis] + cell.high[axis]));
+        for patch in cell.patches.clone() {
+            let target = probe.target_at(patch, middle).unwrap_or(0.0);
+            let (density, jacobian) = probe.density_at(patch, middle);
+            if target > 0.0 && jacobian > 0.0 {
+                let measure = jacobian
+                    * (cell.high[0] - cell.low[0]).max(1e-300)
+                    * (cell.high[1] - cell.low[1]).max(1e-300);
+                all += measure;
+                without += if density > 0.0 { 0.0 } else { measure };
+            }
+        }
+    }
+    let refused = super::super::support::target_fails(case);
+    refused.map(|place| {
+        let share = 100.0 * without / all;
+        let text = format!(
+            "the density is 0 where the target is positive ({share:.1}% of where it is; for one {place}): a row or column without mass, a lookup that interpolates where the table does not"
+        );
+        ("target without density", text)
+    })
+}
+
+/// The density follows another function than the one it was made for.
+pub(super) fn importance(case: &Case<'_>) -> Option<Mistake> {
+    const SAMPLES: usize = 1 << 12;
+    let dimensions = case.probe.dimensions().max(1);
+    let mut xi = vec![0.0; SAMPLES * dimensions];
+    fill_unit(&mut stream(case.settings.seed, "importance", 1), &mut xi);
+    let (ratios, allowed) = case.probe.importance(&xi)?;
+    let own = spread(&ratios);
+    if own <= allowed {
+        return None;
+    }
+    let mut draws = Vec::new();
+    case.probe.locate(&xi, &mut draws);
+    let names: Vec<String> =
+        case.probe.rivals_at(draws.first()?.patch, draws[0].at).into_iter().map(|(name, _)| name).collect();
+    let mut of_rival = vec![Vec::new(); names.len()];
+    for at in &draws {
+        let (density, _) = case.probe.density_at(at.patch, at.at);
+        let values = case.probe.rivals_at(at.patch, at.at);
+        if density > 0.0 {
+            of_rival.iter_mut().zip(values).for_each(|(all, (_, value))| all.push(value / density));
+        }
+    }
+    let best = of_rival.iter().map(|ratios| spread(ratios)).zip(&names).min_by(|a, b| a.0.total_cmp(&b.0));
+    match best {
+        Some((found, name)) if found <= 2.0 * allowed && found < 0.5 * own => Some((
+            "importance of a rival",
+            format!(
+                "the density follows {name} (spread {found:.3}), not what it was made for (spread {own:.3})"
+            ),
+        )),
+        _ => Some((
+            "importance of another function",
+            format!(
+                "the density follows another function than the one that it was made for: their ratio spreads by {own:.3} of its mean"
+            ),
+        )),
+    }
+}
+
+/// Standard deviation over mean.
+fn spread(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|v| (v / mean - 1.0).powi(2)).sum::<f64>() / n).sqrt()
 }
 
 /// How the density that comes with a sample differs from the one that is asked.
@@ -91,9 +211,8 @@ pub(super) fn edges(case: &Case<'_>) -> Option<Mistake> {
     let probe = case.probe;
     let discrete = probe.space().axes() == 0;
     for dimension in 0..probe.dimensions() {
-        let ends = [0.0, f64::from(ONE_MINUS_EPSILON_F32), ONE_MINUS_EPSILON_F64];
         let knots = probe.variate_knots(dimension);
-        for value in ends.into_iter().chain(knots.into_iter().take(KNOTS)) {
+        for value in crate::verify::edges::values().into_iter().chain(knots.into_iter().take(KNOTS)) {
             let mut xi = vec![0.5; probe.dimensions()];
             xi[dimension] = value;
             let Some(look) = probe.look(&xi) else { continue };

@@ -40,7 +40,10 @@ pub(super) fn all(case: &Case<'_>, nodes: &Nodes, counts: &Counts) -> Vec<Hypoth
     c.patches();
     c.power();
     c.steps();
+    c.tables();
     c.crowd();
+    c.hole();
+    c.moved();
     c.all
 }
 
@@ -391,9 +394,144 @@ impl Collector<'_> {
         Some(best?.1)
     }
 
+    /// A table over both axes that is filled or looked up in ways that are no shift: by columns for rows, with a row or column too many, at its first cell for half
+    /// of an axis that goes around.
+    fn tables(&mut self) {
+        let knots = self.case.probe.knots().clone();
+        let counts = [0, 1].map(|axis| even_spacing(&knots.axes[axis]));
+        let names = self.space().axis_names();
+        for axis in 0..self.space().axes().min(2) {
+            let Some(count) = counts[axis] else { continue };
+            let along = names[axis];
+            for (stretch, words) in [
+                ((count + 1) as f64 / count as f64, "one cell too many"),
+                ((count - 1) as f64 / count as f64, "one cell too few"),
+            ] {
+                let origins = move |l: &Location| {
+                    let mut from = *l;
+                    from.at[axis] *= stretch;
+                    if from.at[axis] <= 1.0 { vec![from] } else { Vec::new() }
+                };
+                let text = format!("places along {along} are divided by {words}");
+                self.renamed(format!("stretched along {along}"), text, Box::new(origins), Keeps::Chart);
+            }
+        }
+        let [Some(rows), Some(columns)] = counts else { return };
+        if rows == columns {
+            return;
+        }
+        // Texel (row, column) holds what belongs to the one whose index by columns it has, times the size of its own row.
+        let origins = move |l: &Location| {
+            let cell = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
+            let (row, column) = (cell(l.at[0], rows), cell(l.at[1], columns));
+            let index = column * rows + row;
+            let (r, c) = (index / columns, index % columns);
+            let inside = [l.at[0] * rows as f64 - row as f64, l.at[1] * columns as f64 - column as f64];
+            vec![Location {
+                at: [(r as f64 + inside[0]) / rows as f64, (c as f64 + inside[1]) / columns as f64],
+                ..*l
+            }]
+        };
+        let text = "texels are numbered by columns where they are numbered by rows".to_owned();
+        self.renamed("table read by columns".to_owned(), text, Box::new(origins), Keeps::Measure);
+    }
+
+    fn renamed(
+        &mut self,
+        name: String,
+        text: String,
+        origins: Box<dyn Fn(&Location) -> Vec<Location> + Send + Sync>,
+        keeps: Keeps,
+    ) {
+        let before = self.all.len();
+        self.confusion(&Confusion { name: "", origins, keeps }, text);
+        if let Some(last) = self.all[before..].last_mut() {
+            last.name = name;
+        }
+    }
+
+    /// No samples in a part of the domain, and nothing else wrong.
+    fn hole(&mut self) {
+        const LEAST: f64 = 0.02;
+        let Some(claimed) = self.counts.normalised(self.counts.claimed.clone()) else { return };
+        let counts = self.counts;
+        let ratio = |cell: usize| counts.observed[cell] / (counts.drawn * claimed[cell]).max(1e-3);
+        let heavy = |cell: &usize| counts.drawn * claimed[*cell] > 20.0;
+        let is_empty = |cell: usize| ratio(cell) < 0.05;
+        // What the density should be multiplied with where there are samples.
+        let mut full: Vec<f64> = (0..claimed.len()).filter(heavy).map(ratio).filter(|r| *r >= 0.05).collect();
+        full.sort_by(f64::total_cmp);
+        let Some(&level) = full.get(full.len() / 2) else { return };
+        // Cells that the border of the hole runs through have samples in a part of them.
+        let is_cut = |cell: usize| {
+            let expected = level * counts.drawn * claimed[cell];
+            !is_empty(cell) && counts.observed[cell] < expected - 5.0 * expected.sqrt()
+        };
+        let held: f64 = (0..claimed.len()).filter(|&c| is_empty(c)).map(|c| claimed[c]).sum();
+        let cut: Vec<usize> = (0..claimed.len()).filter(heavy).filter(|&c| is_cut(c)).collect();
+        let on_border: f64 = cut.iter().map(|&c| claimed[c]).sum();
+        let most = 4.0 * (claimed.len() as f64).sqrt();
+        if !(LEAST..=1.0 - LEAST).contains(&held) || on_border > held || cut.len() as f64 > most {
+            return;
+        }
+        let shape = (0..claimed.len()).map(|cell| match cell {
+            cell if is_empty(cell) || cut.contains(&cell) => counts.observed[cell] / counts.drawn,
+            cell => level * claimed[cell],
+        });
+        let Some(shape) = counts.normalised(shape.collect()) else { return };
+        let first = (0..claimed.len()).find(|&c| is_empty(c)).unwrap_or(0);
+        let text = format!(
+            "there are no samples where the density has {} of its mass, for one at {}; everywhere else they follow it",
+            percent(held),
+            counts.places[first]
+        );
+        let parameters = 2 + cut.len() as u32;
+        self.all.push(Hypothesis { name: "hole".to_owned(), text, parameters, shape, integral: None });
+    }
+
+    /// The mass of one entry goes to another one, wholly or in part.
+    fn moved(&mut self) {
+        if self.space().axes() > 0 {
+            return;
+        }
+        let Some(claimed) = self.counts.normalised(self.counts.claimed.clone()) else { return };
+        let counts = self.counts;
+        let z = |cell: usize| {
+            let expected = (counts.drawn * claimed[cell]).max(1e-3);
+            (counts.observed[cell] - expected) / expected.sqrt()
+        };
+        let all = 0..claimed.len();
+        let (Some(more), Some(less)) =
+            (all.clone().max_by(|&a, &b| z(a).total_cmp(&z(b))), all.max_by(|&a, &b| z(b).total_cmp(&z(a))))
+        else {
+            return;
+        };
+        // What one has too much, the other one has too little.
+        let share = 0.5
+            * ((counts.observed[more] / counts.drawn - claimed[more])
+                - (counts.observed[less] / counts.drawn - claimed[less]));
+        if more == less || share > claimed[less] * 1.001 || !(share > 0.0) {
+            return;
+        }
+        let mut shape = claimed;
+        shape[more] += share;
+        shape[less] = (shape[less] - share).max(0.0);
+        let text = format!(
+            "a probability of {share:.3e} moved from {} to {}: an entry of a table that was not filled, a search that is one step off at its ends",
+            counts.places[less], counts.places[more]
+        );
+        self.all.push(Hypothesis {
+            name: "mass moved between entries".to_owned(),
+            text,
+            parameters: 3,
+            shape,
+            integral: None,
+        });
+    }
+
     /// Too many samples in a few places, and nothing else wrong.
     fn crowd(&mut self) {
-        const MOST: usize = 8;
+        const MOST: usize = 64;
         const HELD: f64 = 0.05;
         let Some(claimed) = self.counts.normalised(self.counts.claimed.clone()) else { return };
         let counts = self.counts;

@@ -33,8 +33,10 @@ const OTHERS: usize = 3;
 /// What would explain the counts.
 ///
 /// ```
-/// use warpcheck::fault;
-/// let report = warpcheck::verify(&fault::uniform_with_cosine_density()).samples(100_000).run();
+/// use warpcheck::{domain::Hemisphere, sampler::{CosineHemisphere, UniformHemisphere, from_fn}};
+/// use glam::{Vec2, Vec3};
+/// let mine = from_fn(Hemisphere, |xi: Vec2| UniformHemisphere.sample(xi), |w: Vec3| CosineHemisphere.density(w));
+/// let report = warpcheck::verify(&mine).samples(100_000).run();
 /// let diagnosis = report.examinations[0].diagnosis.as_ref().unwrap();
 /// assert!(diagnosis.explains && diagnosis.margin.unwrap() > 100.0);
 /// assert!(diagnosis.is("extra cos theta") || diagnosis.is("uniform"), "{}", diagnosis.text);
@@ -79,9 +81,18 @@ impl Diagnosis {
 /// To be asked where some finding is suspicious.
 pub(super) fn diagnose(case: &Case<'_>) -> Option<Diagnosis> {
     direct::outside(case)
+        .or_else(|| direct::nothing(case))
+        .or_else(|| direct::not_finite(case))
         .map(Diagnosis::direct)
         .or_else(|| by_counts(case))
-        .or_else(|| direct::disagreement(case).or_else(|| direct::edges(case)).map(Diagnosis::direct))
+        .or_else(|| {
+            direct::disagreement(case)
+                .or_else(|| direct::edges(case))
+                .or_else(|| direct::left_over(case))
+                .or_else(|| direct::target(case))
+                .or_else(|| direct::importance(case))
+                .map(Diagnosis::direct)
+        })
 }
 
 /// What would explain a mean that is `ratio` times what it should be, known up to a relative `tolerance`.
@@ -89,7 +100,11 @@ pub(super) fn of_mean(ratio: f64, tolerance: f64) -> Option<Diagnosis> {
     if !(tolerance < 0.05) {
         return None;
     }
-    let (name, text) = match hypotheses::constant(ratio, tolerance, 1) {
+    // Of counts: 4 lights of 5.
+    let near = |(a, b): &(u32, u32)| (ratio * f64::from(*b) / f64::from(*a) - 1.0).abs() < tolerance;
+    let fraction = (2..=12).flat_map(|b| (1..=12).filter(move |&a| a != b).map(move |a| (a, b))).find(near);
+    let known = hypotheses::constant(ratio, tolerance, 1);
+    let (name, text) = match known.or_else(|| fraction.map(|(a, b)| format!("{a} / {b}"))) {
         Some(known) => {
             (format!("constant {known}"), format!("every value is {known} times what it should be"))
         }

@@ -1,0 +1,132 @@
+//! `warpcheck faults`: the battery on broken samplers, each beside its correct twin.
+
+use super::common::{self, DEFAULT_OUT, print};
+use anyhow::{Result, bail};
+use clap::Args;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+use warpcheck::fault::{self, Fault, Plan, Twin};
+use warpcheck::picture::write_atomically;
+use warpcheck::report::{self, Style, Twins};
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Faults or families; all if none is named
+    names: Vec<String>,
+    /// Samples of each run, at most
+    #[arg(long, default_value = "1M", value_parser = common::count, allow_negative_numbers = true)]
+    samples: u64,
+    /// Seeds with which each fault and each twin is tried
+    #[arg(long, default_value = "20", value_parser = common::count, allow_negative_numbers = true)]
+    seeds: u64,
+    /// The first seed
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    seed: u64,
+    /// Probability that any correct twin is rejected, over all of them and all seeds
+    #[arg(long, default_value = "0.001", value_parser = common::level, allow_negative_numbers = true)]
+    alpha: f64,
+    /// Only the faults, without their correct twins
+    #[arg(long)]
+    without_twins: bool,
+    /// List the faults: what is wrong, and where it was seen
+    #[arg(long)]
+    list: bool,
+    /// Also write everything that was found as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let faults = choose(&arguments.names)?;
+    if arguments.list {
+        let lines: String = faults
+            .iter()
+            .map(|f| {
+                format!(
+                    "{}\n    {}\n    seen: {}\n    caught by: {}\n",
+                    f.name,
+                    f.wrong,
+                    f.seen,
+                    f.caught_by.join(", ")
+                )
+            })
+            .collect();
+        print(&lines)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    arguments.json.as_deref().map(|file| common::output_file(file, Path::new(DEFAULT_OUT))).transpose()?;
+    let mut twins: Vec<Twin> = Vec::new();
+    if !arguments.without_twins {
+        for fault in &faults {
+            if !twins.iter().any(|twin| twin.name == fault.twin.name) {
+                twins.push(fault.twin);
+            }
+        }
+    }
+    let plan = Plan::new(
+        arguments.samples,
+        arguments.seeds,
+        arguments.seed,
+        arguments.alpha,
+        faults.len() + twins.len(),
+    );
+    let stop = common::stop_on_ctrl_c();
+    let bar = common::progress((faults.len() + twins.len()) as u64, "specimens");
+    let mut outcomes = Vec::new();
+    for fault in &faults {
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+        bar.set_message(fault.name);
+        outcomes.push(fault::examine(fault, &plan));
+        bar.inc(1);
+    }
+    let mut found = Twins::default();
+    for twin in &twins {
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+        bar.set_message(twin.name);
+        let (rejected, of, first) = fault::examine_twin(twin, &plan);
+        found.twins += 1;
+        found.runs += of;
+        if let Some(report) = first {
+            found.rejected.push((format!("{}; {report}", twin.name), rejected));
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let style = match std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
+        true => Style::Colour,
+        false => Style::Plain,
+    };
+    print(&report::fault_table(&outcomes, &found, style))?;
+    if let Some(file) = &arguments.json {
+        let json = format!("{:#}\n", report::faults_to_json(&outcomes, &found, &plan));
+        write_atomically(file, |out| out.write_all(json.as_bytes()))?;
+    }
+    let all_caught = outcomes.iter().all(fault::Outcome::is_caught);
+    Ok(match () {
+        () if stop.load(Ordering::Relaxed) => {
+            print(&format!("stopped: {} of {} faults were examined\n", outcomes.len(), faults.len()))?;
+            ExitCode::from(130)
+        }
+        () if all_caught && found.rejected.is_empty() => ExitCode::SUCCESS,
+        () => ExitCode::from(1),
+    })
+}
+
+fn choose(names: &[String]) -> Result<Vec<Fault>> {
+    let mut all = fault::all();
+    for name in names {
+        if !all.iter().any(|f| f.name == name || f.family() == name) {
+            bail!("there is no fault `{name}` (--list shows all)");
+        }
+    }
+    if !names.is_empty() {
+        all.retain(|f| names.iter().any(|name| f.name == name || f.family() == name));
+    }
+    Ok(all)
+}

@@ -1,0 +1,108 @@
+//! What the battery says of the fault collection: a table for people, JSON for programs.
+
+use super::table::Style;
+use crate::fault::{Outcome, Score};
+use std::fmt::Write;
+
+/// How often correct twins were rejected.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Twins {
+    /// How many twins there are.
+    pub twins: usize,
+    /// Runs over all of them and all seeds.
+    pub runs: u64,
+    /// Names of those that did not pass, and how often.
+    pub rejected: Vec<(String, u64)>,
+}
+
+/// A line for every fault, and the score.
+pub fn fault_table(outcomes: &[Outcome], twins: &Twins, style: Style) -> String {
+    let mut text = String::new();
+    let width = outcomes.iter().map(|o| o.name.len()).max().unwrap_or(5).max(5);
+    let checks = |o: &Outcome| match o.caught_by.as_slice() {
+        [] => "-".to_owned(),
+        [one] => one.clone(),
+        [first, rest @ ..] => {
+            // The one that was to catch it first.
+            format!("{first} and {} more", rest.len())
+        }
+    };
+    let by = outcomes.iter().map(|o| checks(o).len()).max().unwrap_or(9).max(9);
+    let _ = writeln!(
+        text,
+        "{:width$}  {:by$}  {:>8}  {:>7}  diagnosis",
+        "fault", "caught by", "samples", "seeds"
+    );
+    for o in outcomes {
+        let samples = o.samples.map_or("-".to_owned(), count);
+        let seeds = format!("{}/{}", o.caught, o.of);
+        let said = if o.diagnosed { "right" } else { "wrong" };
+        let line = format!("{:width$}  {:by$}  {samples:>8}  {seeds:>7}  {said}", o.name, checks(o));
+        let good = o.is_caught() && o.diagnosed;
+        match style {
+            Style::Colour if !o.is_caught() => writeln!(text, "\x1b[31m{line}\x1b[0m"),
+            Style::Colour if !good => writeln!(text, "\x1b[33m{line}\x1b[0m"),
+            _ => writeln!(text, "{line}"),
+        }
+        .ok();
+        if !good {
+            let _ = writeln!(text, "    {}", o.diagnosis);
+        }
+    }
+    let score = Score::of(outcomes);
+    let percent = 100.0 * score.diagnosed as f64 / score.faults.max(1) as f64;
+    let _ = writeln!(
+        text,
+        "caught {} of {}, diagnosed {} of {} ({percent:.0}%); {} correct twins rejected in {} of {} runs",
+        score.caught,
+        score.faults,
+        score.diagnosed,
+        score.faults,
+        twins.twins,
+        twins.rejected.iter().map(|(_, times)| times).sum::<u64>(),
+        twins.runs
+    );
+    for (name, times) in &twins.rejected {
+        let _ = writeln!(text, "    {name}: {times} times");
+    }
+    text
+}
+
+/// 1000 as 1k, 2000000 as 2M.
+fn count(n: u64) -> String {
+    match n {
+        n if n >= 1_000_000 && n.is_multiple_of(1_000_000) => format!("{}M", n / 1_000_000),
+        n if n >= 1000 && n.is_multiple_of(1000) => format!("{}k", n / 1000),
+        n => n.to_string(),
+    }
+}
+
+/// The same with all that was said.
+#[cfg(feature = "json")]
+pub fn faults_to_json(outcomes: &[Outcome], twins: &Twins, plan: &crate::fault::Plan) -> serde_json::Value {
+    use serde_json::json;
+    let score = Score::of(outcomes);
+    let faults = outcomes.iter().map(|o| {
+        json!({
+            "name": o.name,
+            "caught_by": o.caught_by,
+            "as_expected": o.as_expected,
+            "seeds_caught": o.caught,
+            "seeds": o.of,
+            "samples_median": o.samples,
+            "diagnosed": o.diagnosed,
+            "diagnosis": o.diagnosis,
+        })
+    });
+    let rejected = twins.rejected.iter().map(|(name, times)| json!({ "name": name, "times": times }));
+    json!({
+        "version": 1,
+        "samples": plan.samples,
+        "seed": plan.seed,
+        "seeds": plan.seeds,
+        "alpha": plan.alpha,
+        "faults": faults.collect::<Vec<_>>(),
+        "score": { "faults": score.faults, "caught": score.caught, "diagnosed": score.diagnosed },
+        "twins": { "twins": twins.twins, "runs": twins.runs, "rejected": rejected.collect::<Vec<_>>() },
+    })
+}
