@@ -4,6 +4,7 @@ mod calibrate;
 mod common;
 mod histogram;
 mod render;
+mod stress;
 mod verify;
 
 use clap::{Parser, Subcommand};
@@ -25,6 +26,8 @@ enum Command {
     Verify(verify::Arguments),
     /// Measure how often right samplers fail, beside how often they may
     Calibrate(calibrate::Arguments),
+    /// Give samplers inputs that break f32, and tell what happened beside what should
+    Stress(stress::Arguments),
     /// Draw samples of a map or of a shipped sampler and write their histogram
     Histogram(histogram::Arguments),
     /// Render a scene with one strategy, or all of them as a contact sheet
@@ -37,6 +40,7 @@ Examples:
   warpcheck verify environment --samples 10M      the environment maps only, with more samples
   warpcheck verify --list                         what there is
   warpcheck calibrate --runs 1k                   false alarms of right samplers, measured
+  warpcheck stress environment                    what maps of odd sizes and enormous range do
   warpcheck histogram data/env/noon_grass_512.hdr --samples 1M,10M,100M
   warpcheck histogram triangle/low-distortion     a shipped sampler on its own domain
   warpcheck render data/scene/veach_a3.toml --strategy mis:0.5 --spp 64
@@ -59,6 +63,7 @@ pub fn run() -> ExitCode {
         None => verify::run(&verify::Arguments::default()),
         Some(Command::Verify(arguments)) => verify::run(&arguments),
         Some(Command::Calibrate(arguments)) => calibrate::run(&arguments),
+        Some(Command::Stress(arguments)) => stress::run(&arguments),
         Some(Command::Histogram(arguments)) => histogram::run(&arguments),
         Some(Command::Render(arguments)) => render::run(&arguments),
     };
