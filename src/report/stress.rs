@@ -26,7 +26,7 @@ pub fn stress_table(done: &[(Row, Outcome)], style: Style) -> String {
         }
         let _ = writeln!(
             out,
-            "{}{:4}  {:input$}  {:should$}  {:>8} {:>8} {:9}  {:>7} {:>10}  what happened",
+            "{}{:4}  {:input$}  {:should$}  {:>8} {:>8} {:5}  {:>5} {:>10}  what happened",
             if out.is_empty() { "" } else { "\n" },
             "",
             component.name(),
@@ -46,7 +46,7 @@ pub fn stress_table(done: &[(Row, Outcome)], style: Style) -> String {
             let by_24 = outcome.reach.and_then(|reach| reach.missed_by_24_bits);
             let by_24 = by_24.map_or(String::new(), |(missed, _)| missed.to_string());
             let line = format!(
-                "{}  {:input$}  {:should$}  {error:>8} {allowed:>8} {unit:9}  {lost:>7} {by_24:>10}  {}",
+                "{}  {:input$}  {:should$}  {error:>8} {allowed:>8} {unit:5}  {lost:>5} {by_24:>10}  {}",
                 mark(outcome, style),
                 row.input,
                 row.should,
@@ -73,7 +73,7 @@ pub fn stress_table(done: &[(Row, Outcome)], style: Style) -> String {
     );
     let _ = writeln!(
         out,
-        "error: the worst, against an oracle in f64; an ulp is a step of the type at the true value, so rounding alone is up to 0.5\n\
+        "error: the worst, against an oracle in f64; rel: of the true value; ulp32, ulp64: in steps of f32 or f64 there, of which rounding is up to half\n\
          lost: entries, texels or variates that no variate of 53 bits reaches or tells apart; at 24 bits: those that a single f32 does not reach"
     );
     out

@@ -215,7 +215,7 @@ pub enum Error {
     #[error("there are no weights to choose by")]
     NoWeights,
     /// A weight is negative, NaN or infinite.
-    #[error("weight {index} is {value}; weights must be finite and at least 0")]
+    #[error("weight {index} is {value:?}; weights must be finite and at least 0")]
     Weight {
         /// Which weight.
         index: usize,
@@ -230,7 +230,7 @@ pub enum Error {
     },
     /// A texel is negative, NaN or infinite.
     #[error(
-        "texel (column {column}, row {row}) has {channel} = {value}; radiance must be finite and at least 0"
+        "texel (column {column}, row {row}) has {channel} = {value:?}; radiance must be finite and at least 0"
     )]
     Texel {
         /// Column, from 0 on the left.
@@ -275,7 +275,7 @@ pub enum Error {
         triangles: usize,
     },
     /// A parameter is out of its range.
-    #[error("{parameter} is {value}; it must be {allowed}")]
+    #[error("{parameter} is {value:?}; it must be {allowed}")]
     Parameter {
         /// Its name.
         parameter: &'static str,

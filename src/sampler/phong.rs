@@ -61,8 +61,9 @@ impl PhongLobe {
     #[inline]
     pub fn density(&self, w: Vec3) -> f32 {
         let drop = 0.5 * (w - self.frame.normal).length_squared();
-        // The chord has the digits near the mirror direction, the dot product has them near the rim.
-        let log_cosine = if drop < 0.5 { (-drop).ln_1p() } else { w.dot(self.frame.normal).max(0.0).ln() };
+        // The chord has the digits near the mirror direction, the dot product has them near the rim, if its terms don't round.
+        let cosine = || w.as_dvec3().dot(self.frame.normal.as_dvec3()).max(0.0) as f32;
+        let log_cosine = if drop < 0.5 { (-drop).ln_1p() } else { cosine().ln() };
         if w.z <= 0.0 || log_cosine == f32::NEG_INFINITY {
             return 0.0;
         }

@@ -129,10 +129,10 @@ impl Unit {
     /// In a word.
     pub fn name(self) -> &'static str {
         match self {
-            Self::UlpF32 => "ulp (f32)",
-            Self::UlpF64 => "ulp (f64)",
-            Self::Relative => "relative",
-            Self::Absolute => "absolute",
+            Self::UlpF32 => "ulp32",
+            Self::UlpF64 => "ulp64",
+            Self::Relative => "rel",
+            Self::Absolute => "abs",
             Self::Radians => "rad",
         }
     }
@@ -372,10 +372,11 @@ const CORNERS: [f64; 9] = [
     crate::random::ONE_MINUS_EPSILON_F64,
 ];
 
-/// The middles of `side` x `side` cells of the unit square, to which `f32` variates are equal.
-fn lattice(side: u32) -> impl Iterator<Item = [f64; 2]> {
-    let middle = move |i: u32| (f64::from(i) + 0.5) / f64::from(side);
-    (0..side).flat_map(move |i| (0..side).map(move |j| [middle(i), middle(j)]))
+/// So many points of the unit square, evenly spread: multiples of 1 / count and of the golden ratio. No edge that runs along an axis meets many of them, as
+/// it would meet a square grid's.
+fn lattice(count: u32) -> impl Iterator<Item = [f64; 2]> {
+    const GOLDEN: f64 = 0.618_033_988_749_894_8;
+    (0..count).map(move |i| [(f64::from(i) + 0.5) / f64::from(count), (f64::from(i) * GOLDEN).fract()])
 }
 
 /// All pairs of [`CORNERS`].

@@ -45,7 +45,7 @@ fn nothing_seen() -> Vec<Row> {
         let ask = move |trial: &mut Trial| {
             let Some(light) = trial.accepted(MeshLight::new(&[triangle], sides)) else { return };
             let directions = SeenFrom::new(&light, x);
-            for [a, b] in corner_pairs().chain(lattice(16)) {
+            for [a, b] in corner_pairs().chain(lattice(256)) {
                 let sample = light.sample_from(x, [0.5, a, b]);
                 trial.must(sample.is_none(), || format!("xi = ({a}, {b}) draws {sample:?}"));
                 let y = light.sample_surface([0.5, a, b]).point;
@@ -60,7 +60,7 @@ fn nothing_seen() -> Vec<Row> {
         dark("x in the plane of the light", v(3.0, -2.0, 0.0), UNIT, Sides::Both),
         dark("x in its plane, inside it", v(0.25, 0.25, 0.0), UNIT, Sides::Both),
         dark("x at a vertex", Vec3::X, UNIT, Sides::Both),
-        dark("x behind a one-sided light, 1e-30 off", v(0.25, 0.25, -1e-30), UNIT, Sides::Front),
+        dark("x 1e-30 behind a one-sided light", v(0.25, 0.25, -1e-30), UNIT, Sides::Front),
         row(Kind::Limit, "x = y", "no view", (0.0, Unit::Absolute), |trial| {
             for y in [Vec3::ZERO, v(1e38, -1e-38, 3.0), Vec3::splat(f32::MIN_POSITIVE)] {
                 let view = View::new(y, y, Vec3::Z);
@@ -70,9 +70,9 @@ fn nothing_seen() -> Vec<Row> {
     ]
 }
 
-/// Densities of one point each, in closed form: a point at (0, 0, z) sees the middle of a light's hypotenuse …
+/// Densities of one point each, in closed form.
 fn single_points() -> Vec<Row> {
-    // A light of legs `edge` about the foot of x: its samples are seen at z / |y - x|, at sqrt(z^2 + r^2).
+    // x = (0, 0, z) has its foot in the middle of the hypotenuse; y there at r is seen at d = sqrt(z^2 + r^2), cos = z / d.
     let about = |edge: f32| [v(-edge, -edge, 0.0), v(edge, -edge, 0.0), v(-edge, edge, 0.0)];
     let above = |input: &str, z: f32, edge: f32, note: bool| {
         let ask = move |trial: &mut Trial| {
@@ -80,7 +80,7 @@ fn single_points() -> Vec<Row> {
             let (light, x) = (light(triangle), v(0.0, 0.0, z));
             let (z, area) = (f64::from(z), 2.0 * f64::from(edge) * f64::from(edge));
             let mut range = (f64::INFINITY, 0.0_f64);
-            for [a, b] in corner_pairs().chain(lattice(64)) {
+            for [a, b] in corner_pairs().chain(lattice(4_096)) {
                 let on = light.sample_surface([0.5, a, b]).barycentric.as_dvec3();
                 // The first coordinate is what the others leave, as it is for the point.
                 let r = f64::from(edge) * DVec3::new(2.0 * on.y - 1.0, 2.0 * on.z - 1.0, 0.0);
@@ -110,7 +110,7 @@ fn single_points() -> Vec<Row> {
         // Integers, which 1e7 moves without rounding.
         let triangle = [v(-64.0, -64.0, 100.0), v(64.0, -32.0, 100.0), v(0.0, 96.0, 140.0)];
         let (here, far) = (light(triangle), light(triangle.map(|v| v + Vec3::splat(1e7))));
-        for [a, b] in corner_pairs().chain(lattice(64)) {
+        for [a, b] in corner_pairs().chain(lattice(4_096)) {
             let [one, other] = [(&here, Vec3::ZERO), (&far, Vec3::splat(1e7))]
                 .map(|(light, x)| light.sample_from(x, [0.5, a, b]));
             let density = |s: Option<crate::sampler::LightSample>| s.map_or(f64::NAN, |s| s.density);
@@ -141,7 +141,7 @@ fn whole_triangles() -> Vec<Row> {
         let light = light(UNIT);
         let directions = SeenFrom::new(&light, x);
         // Every direction but the last 1e-7 above the horizon meets the light.
-        for [a, b] in lattice(64) {
+        for [a, b] in lattice(4_096) {
             let (sin, cos) = (TAU * b).sin_cos();
             let r = (1.0 - a * a).sqrt();
             let w = DVec3::new(r * cos, r * sin, -a);
@@ -164,7 +164,7 @@ fn whole_triangles() -> Vec<Row> {
             let inverse = |[a, b]: [f64; 2]| {
                 light.sample_from(Vec3::ZERO, [0.5, a, b]).map_or(f64::NAN, |s| 1.0 / s.density)
             };
-            let sampled = super::mean(lattice(1024).map(inverse));
+            let sampled = super::mean(lattice(1_048_576).map(inverse));
             trial.compare(sampled, truth, || format!("triangle {i}, mean of 1 / density"));
         }
     };
@@ -177,7 +177,7 @@ fn whole_triangles() -> Vec<Row> {
         row(Kind::Value, "x 1e-8 above a unit triangle", "solid angle 2 pi", (1e-6, Unit::Absolute), close),
         row(
             Kind::Value,
-            "a triangle 1e19 wide at distance 1",
+            "triangle 1e19 wide at distance 1",
             "solid angle 2 pi",
             (1e-6, Unit::Absolute),
             half_space,
@@ -185,7 +185,7 @@ fn whole_triangles() -> Vec<Row> {
         row(
             Kind::Value,
             "triangles of data/reference",
-            "solid angles there, by three ways",
+            "solid angles there, in three ways",
             (1e-6, Unit::Relative),
             reference,
         ),
