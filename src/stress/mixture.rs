@@ -115,8 +115,10 @@ fn weights() -> Vec<Row> {
             (2.0, Unit::UlpF32),
             move |trial| {
                 pairs(trial, &[1e20, 2e-23], heuristic);
-                let plain = 1e20_f32 * 1e20 / (1e20_f32 * 1e20 + 2e-23 * 2e-23);
-                trial.note(format!("p^2 / (p^2 + q^2) as it stands is {plain}"));
+                if heuristic == Heuristic::Power {
+                    let (p, q) = (1e20_f32, 2e-23_f32);
+                    trial.note(format!("p^2 / (p^2 + q^2) as it stands is {}", p * p / (p * p + q * q)));
+                }
             },
         ));
         rows.push(row(
