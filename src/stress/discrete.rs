@@ -80,10 +80,10 @@ where
 fn table(trial: &mut Trial, weights: &[f64], sampler: &impl Sampler<Domain = Discrete>) {
     let largest = weights.iter().copied().fold(0.0, f64::max);
     let total: CompensatedSum = weights.iter().map(|w| w / largest).collect();
-    let naive = weights.iter().fold(0.0_f32, |sum, &w| sum + (w / largest) as f32);
-    let off = f64::from(naive) / total.value() - 1.0;
+    let plain = weights.iter().fold(0.0_f32, |sum, &w| sum + w as f32);
+    let off = f64::from(plain) / largest / total.value() - 1.0;
     if off.abs() > 1e-3 {
-        trial.note(format!("a plain f32 sum is {:.1}% off", 100.0 * off));
+        trial.note(format!("a plain f32 sum is off by {:+.1}%", 100.0 * off));
     }
     let draw = |trial: &mut Trial, xi: f64| {
         let index = sampler.sample(&[xi]).map(|sample| sample.point);

@@ -121,8 +121,6 @@ pub enum Unit {
     Relative,
     /// As it is, for probabilities.
     Absolute,
-    /// As it is, for angles.
-    Radians,
 }
 
 impl Unit {
@@ -133,7 +131,6 @@ impl Unit {
             Self::UlpF64 => "ulp64",
             Self::Relative => "rel",
             Self::Absolute => "abs",
-            Self::Radians => "rad",
         }
     }
 
@@ -144,7 +141,7 @@ impl Unit {
             Self::UlpF32 => (found - truth).abs() / ulp_f32(truth),
             Self::UlpF64 => (found - truth).abs() / (truth.abs().next_up() - truth.abs()),
             Self::Relative => (found - truth).abs() / truth.abs(),
-            Self::Absolute | Self::Radians => (found - truth).abs(),
+            Self::Absolute => (found - truth).abs(),
         };
         if error.is_nan() { f64::INFINITY } else { error }
     }
