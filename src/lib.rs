@@ -50,6 +50,8 @@ pub mod sampler;
 #[cfg(feature = "render")]
 pub mod scene;
 pub mod statistics;
+#[cfg(feature = "render")]
+pub mod stress;
 pub mod verify;
 
 pub use verify::verify;

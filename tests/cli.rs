@@ -77,7 +77,7 @@ fn help_fits_a_screen() {
     let folder = tempdir().unwrap();
     let help = exits(&folder, "--help", 0);
     assert!(help.lines().count() <= 50 && help.lines().all(|line| line.chars().count() <= 100), "{help}");
-    for verb in ["verify", "calibrate", "histogram", "render"] {
+    for verb in ["verify", "calibrate", "stress", "histogram", "render"] {
         let help = exits(&folder, &format!("{verb} --help"), 0);
         assert!(help.lines().count() <= 50 && help.lines().all(|line| line.chars().count() <= 100), "{help}");
         assert_eq!(exits(&folder, &format!("help {verb}"), 0), help);
@@ -92,6 +92,7 @@ fn help_fits_a_screen() {
     Commands:
       verify     Check samplers: all that ship, or those named (a family like `phong`, or `phong/50`)
       calibrate  Measure how often right samplers fail, beside how often they may
+      stress     Give samplers inputs that break f32, and tell what happened beside what should
       histogram  Draw samples of a map or of a shipped sampler and write their histogram
       render     Render a scene with one strategy, or all of them as a contact sheet
       help       Print this message or the help of the given subcommand(s)
@@ -108,6 +109,7 @@ fn help_fits_a_screen() {
       warpcheck verify environment --samples 10M      the environment maps only, with more samples
       warpcheck verify --list                         what there is
       warpcheck calibrate --runs 1k                   false alarms of right samplers, measured
+      warpcheck stress environment                    what maps of odd sizes and enormous range do
       warpcheck histogram data/env/noon_grass_512.hdr --samples 1M,10M,100M
       warpcheck histogram triangle/low-distortion     a shipped sampler on its own domain
       warpcheck render data/scene/veach_a3.toml --strategy mis:0.5 --spp 64
@@ -338,6 +340,8 @@ fn what_makes_no_sense_is_refused_in_one_sentence() {
         ),
         ("verify --samples 0".to_owned(), "'0' for '--samples <SAMPLES>': there must be at least 1"),
         ("verify --samples -3".to_owned(), "'-3' for '--samples <SAMPLES>': there must be at least 1"),
+        ("stress lobe".to_owned(), "there is no component `lobe`; there are discrete, triangle, solid-angle"),
+        ("stress mixture --quick --json nowhere/run.json".to_owned(), "there is no folder nowhere"),
         ("verify --samples 1e99".to_owned(), "'1e99' for '--samples <SAMPLES>': too many: at most 1e12"),
         ("verify --samples many".to_owned(), "'many' for '--samples <SAMPLES>': not a count; write 300, 50k"),
         ("verify --samples 2.5".to_owned(), "'2.5' for '--samples <SAMPLES>': not a whole number"),
@@ -447,6 +451,38 @@ fn ctrl_c_keeps_the_runs_so_far() {
 // ---- histogram ----
 
 /// Lit by one texel and a darker column; values that both file formats hold exactly.
+// ---- stress ----
+
+#[test]
+fn stress_tells_what_happened_beside_what_should() {
+    let folder = tempdir().unwrap();
+    let list = exits(&folder, "stress --list", 0);
+    assert!(list.lines().count() > 100 && list.contains("(takes long)"), "{list}");
+    assert!(list.contains("error: names index 2"), "{list}");
+    let quick = exits(&folder, "stress mixture solid-angle --quick --list", 0);
+    assert!(
+        quick.lines().all(|line| line.starts_with("mixture") || line.starts_with("solid-angle")),
+        "{quick}"
+    );
+    assert!(!quick.contains("(takes long)"), "{quick}");
+    assert_eq!(files(folder.path()), [""; 0]);
+
+    let said = exits(&folder, "stress mixture solid-angle --quick --json run.json", 0);
+    let rows = quick.lines().count();
+    assert!(said.contains(&format!("pass: {rows} of {rows} rows are as they should be")), "{said}");
+    assert_eq!(said.lines().filter(|line| line.starts_with("ok ")).count(), rows, "{said}");
+    let report = json(&folder.path().join("run.json"));
+    assert_eq!((&report["version"], &report["ok"]), (&1.into(), &true.into()));
+    let found = report["rows"].as_array().unwrap();
+    assert_eq!(found.len(), rows);
+    for row in found {
+        let error = row["worst_error"].as_f64().unwrap_or(0.0);
+        assert!(error <= row["allowed_error"].as_f64().unwrap() && row["ok"] == true, "{row}");
+    }
+    let mis = found.iter().find(|row| row["input"] == "power: 1e20 and 2e-23 in f32").unwrap();
+    assert_eq!((&mis["kind"], &mis["component"]), (&"value".into(), &"mixture".into()));
+}
+
 fn small_map() -> Picture {
     Picture::from_fn(8, 4, |x, y| match (x, y) {
         (5, 1) => [8.0, 8.0, 8.0],

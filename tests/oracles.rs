@@ -120,7 +120,7 @@ fn solid_angle_of_a_light() {
         let moments: warpcheck::statistics::Moments = (0..400_000)
             .map(|_| {
                 let xi = [unit_f64(&mut rng), unit_f64(&mut rng), unit_f64(&mut rng)];
-                1.0 / f64::from(light.sample_from(x, xi).expect("both sides emit").density)
+                1.0 / light.sample_from(x, xi).expect("both sides emit").density
             })
             .collect();
         let error = moments.standard_error().unwrap();

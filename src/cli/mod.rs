@@ -5,6 +5,7 @@ mod common;
 mod faults;
 mod histogram;
 mod render;
+mod stress;
 mod verify;
 
 use clap::{Parser, Subcommand};
@@ -28,6 +29,8 @@ enum Command {
     Calibrate(calibrate::Arguments),
     /// Run the battery on broken samplers that imitate mistakes made in public, each beside its correct twin
     Faults(faults::Arguments),
+    /// Give samplers inputs that break f32, and tell what happened beside what should
+    Stress(stress::Arguments),
     /// Draw samples of a map or of a shipped sampler and write their histogram
     Histogram(histogram::Arguments),
     /// Render a scene with one strategy, or all of them as a contact sheet
@@ -42,6 +45,7 @@ Examples:
   warpcheck calibrate --runs 1k                   false alarms of right samplers, measured
   warpcheck faults --list                         mistakes that were made in public
   warpcheck faults                                what catches them, and after how many samples
+  warpcheck stress environment                    what maps of odd sizes and enormous range do
   warpcheck histogram data/env/noon_grass_512.hdr --samples 1M,10M,100M
   warpcheck histogram triangle/low-distortion     a shipped sampler on its own domain
   warpcheck render data/scene/veach_a3.toml --strategy mis:0.5 --spp 64
@@ -65,6 +69,7 @@ pub fn run() -> ExitCode {
         Some(Command::Verify(arguments)) => verify::run(&arguments),
         Some(Command::Calibrate(arguments)) => calibrate::run(&arguments),
         Some(Command::Faults(arguments)) => faults::run(&arguments),
+        Some(Command::Stress(arguments)) => stress::run(&arguments),
         Some(Command::Histogram(arguments)) => histogram::run(&arguments),
         Some(Command::Render(arguments)) => render::run(&arguments),
     };

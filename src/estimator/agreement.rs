@@ -13,7 +13,8 @@
 //!
 //! A mean that hangs on few samples has no normal distribution, and no standard error to trust: what neither
 //! estimate has seen is not in it. Blocks where either has fewer than [`Rules::least_effective`] samples that
-//! count ([`Blocks::effective`]) are left out and counted.
+//! count ([`Blocks::effective`]) are left out and counted. Where they are more than what was compared, agreement of the others says
+//! nothing about the picture: a lamp that hardly a direction of the BRDF meets is neither right nor wrong, it is unseen ([`Judgement`]).
 
 use super::{Blocks, Error};
 use crate::statistics::{multiplicity::sidak, normal};
@@ -33,6 +34,17 @@ impl Default for Rules {
     fn default() -> Self {
         Self { least_effective: 100.0, allowance: 0.0 }
     }
+}
+
+/// What a comparison leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Judgement {
+    /// No difference that chance would not make.
+    Agree,
+    /// They are not of the same quantity.
+    Differ,
+    /// Most of what was to be compared hangs on too few samples, or there was nothing.
+    Inconclusive,
 }
 
 /// One block in one channel.
@@ -69,7 +81,16 @@ pub struct Agreement {
 }
 
 impl Agreement {
-    /// Whether the two agree at a level such as 1e-3. No if there was nothing to compare.
+    /// What the comparison leads to at a level such as 1e-3.
+    pub fn judgement(&self, level: f64) -> Judgement {
+        match () {
+            () if self.compared > 0 && !(self.p >= level) => Judgement::Differ,
+            () if self.too_few >= self.compared => Judgement::Inconclusive,
+            () => Judgement::Agree,
+        }
+    }
+
+    /// Whether the two agree, at a level such as 1e-3, where they were compared. No if there was nothing to compare.
     pub fn agrees(&self, level: f64) -> bool {
         self.compared > 0 && self.p >= level
     }
@@ -211,11 +232,14 @@ mod tests {
             compare(&flat(0.0, 0.0, 0.0), &flat(1.0, 0.1, 1e3), Rules::default(), |_, _| false).unwrap();
         assert_eq!((judged.compared, judged.too_few), (0, 12));
         assert!(!judged.agrees(1e-3)); // nothing was shown
+        assert_eq!(judged.judgement(1e-3), Judgement::Inconclusive);
         assert_eq!(judged.to_string(), "nothing to compare");
         let exact =
             |a, b| compare(&flat(a, 0.0, 1e3), &flat(b, 0.0, 1e3), Rules::default(), |_, _| false).unwrap();
         assert!(exact(0.5, 0.500_000_1).agrees(1e-3)); // rounding
         assert!(!exact(0.5, 0.501).agrees(1e-3));
+        assert_eq!(exact(0.5, 0.5).judgement(1e-3), Judgement::Agree);
+        assert_eq!(exact(0.5, 0.501).judgement(1e-3), Judgement::Differ);
         assert!(!exact(0.5, f64::NAN).agrees(1e-3));
     }
 }

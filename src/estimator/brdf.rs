@@ -15,9 +15,6 @@
 //! glossy factor over the sum of both largest channels. f_r and p_brdf share one evaluation of the lobe, whose
 //! cosine is taken from the chord
 //! |w - r|: at n = 1e6 the dot product of two `f32` vectors has no digits left.
-//!
-//! Exponents over [`Reflection::LARGEST_EXPONENT`] = 1e9 are cut to it: that lobe is 4e-5 rad wide, the
-//! smallest angle at which differences of `f32` directions still have two digits.
 
 use crate::sampler::{CosineHemisphere, PhongLobe};
 use crate::scene::{Convention, Material};
@@ -53,8 +50,7 @@ pub struct Brdf {
 }
 
 impl Reflection {
-    /// Larger exponents are cut to this one.
-    pub const LARGEST_EXPONENT: f32 = 1e9;
+    const BLACK: Self = Self { diffuse: Vec3::ZERO, glossy: Vec3::ZERO, exponent: 0.0, glossy_share: 0.0 };
 
     /// How a material reflects under a convention.
     pub fn new(material: &Material, convention: Convention) -> Self {
@@ -66,7 +62,7 @@ impl Reflection {
         };
         let [d, g] = [diffuse, glossy].map(|k| k.max_element());
         let glossy_share = if g > 0.0 { g / (d + g) } else { 0.0 };
-        Self { diffuse, glossy, exponent: ns.clamp(0.0, Self::LARGEST_EXPONENT), glossy_share }
+        Self { diffuse, glossy, exponent: ns.clamp(0.0, f32::MAX), glossy_share }
     }
 
     /// Whether nothing is reflected.
@@ -74,9 +70,12 @@ impl Reflection {
         self.diffuse == Vec3::ZERO && self.glossy == Vec3::ZERO
     }
 
-    /// The BRDF for a viewer in direction `out`, a unit vector with z > 0.
+    /// The BRDF for a viewer in direction `out`, a unit vector; black, and without samples, unless it is above the surface.
     #[inline]
     pub fn seen_from(&self, out: Vec3) -> Brdf {
+        if !(out.z > 0.0) {
+            return Brdf { reflection: Self::BLACK, lobe: None };
+        }
         let mirror = Vec3::new(-out.x, -out.y, out.z);
         let lobe = if self.glossy_share > 0.0 { PhongLobe::new(mirror, self.exponent).ok() } else { None };
         Brdf { reflection: *self, lobe }
@@ -88,7 +87,7 @@ impl Brdf {
     /// [`sample`](Self::sample) draws `w`. Both are 0 under the surface.
     #[inline]
     pub fn evaluate(&self, w: Vec3) -> (Vec3, f32) {
-        if w.z <= 0.0 {
+        if w.z <= 0.0 || self.reflection.is_black() {
             return (Vec3::ZERO, 0.0);
         }
         let Reflection { diffuse, glossy, glossy_share: g, .. } = self.reflection;
@@ -100,9 +99,12 @@ impl Brdf {
     }
 
     /// The direction for variates in `[0, 1)`, the first of which chooses the lobe; `None` where it falls under
-    /// the surface.
+    /// the surface, or if nothing is reflected.
     #[inline]
     pub fn sample(&self, xi: [f32; 3]) -> Option<Vec3> {
+        if self.reflection.is_black() {
+            return None;
+        }
         let place = Vec2::new(xi[1], xi[2]);
         match &self.lobe {
             Some(lobe) if xi[0] < self.reflection.glossy_share => lobe.sample(place),

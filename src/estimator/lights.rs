@@ -140,7 +140,7 @@ impl Lights {
                 Some(LightDraw {
                     direction: s.direction,
                     radiance: self.radiance[s.triangle],
-                    density: q as f32 * s.density,
+                    density: (q * s.density) as f32,
                     target: Target::Point { point: s.point, emitter: s.triangle },
                 })
             }
@@ -162,7 +162,7 @@ impl Lights {
     #[inline]
     pub fn density_of_point(&self, x: Vec3, y: Vec3, emitter: usize) -> f32 {
         let Some(mesh) = &self.mesh else { return 0.0 };
-        self.mesh_share as f32 * mesh.density_from(x, y, emitter)
+        (self.mesh_share * mesh.density_from(x, y, emitter)) as f32
     }
 
     /// Density per solid angle of a direction that escapes.

@@ -45,7 +45,7 @@ mod lights;
 mod render;
 mod strategy;
 
-pub use agreement::{Agreement, Deviation, Rules, compare};
+pub use agreement::{Agreement, Deviation, Judgement, Rules, compare};
 pub use brdf::{Brdf, Reflection};
 pub use error::Error;
 pub use film::{Blocks, Film, Pixel};

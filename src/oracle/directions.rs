@@ -33,6 +33,24 @@ pub fn phong(mirror: DVec3, exponent: f64, w: DVec3) -> f64 {
     (exponent + 1.0) / (2.0 * PI) * (exponent * cosine_less_one(alpha).ln_1p()).exp()
 }
 
+/// The share of a Phong lobe under the horizon, its mirror direction `elevation` radians (at least 0) above it: at the angle alpha from it, the
+/// arc cos phi < -tan(elevation) / tan(alpha) of the circle is; midpoint rule in cos^(n + 1) alpha, which is uniform.
+///
+/// ```
+/// let half = warpcheck::oracle::phong_under_horizon(0.0, 50.0);
+/// assert!((half - 0.5).abs() < 1e-12);
+/// ```
+pub fn phong_under_horizon(elevation: f64, exponent: f64) -> f64 {
+    const STEPS: u32 = 100_000;
+    let arc = |i: u32| {
+        let ln_cosine = ((f64::from(i) + 0.5) / f64::from(STEPS)).ln() / (exponent + 1.0);
+        let sine = (-(2.0 * ln_cosine).exp_m1()).sqrt();
+        let ratio = elevation.tan() * ln_cosine.exp() / sine;
+        if ratio < 1.0 { ratio.acos() / PI } else { 0.0 }
+    };
+    (0..STEPS).map(arc).sum::<f64>() / f64::from(STEPS)
+}
+
 /// von Mises-Fisher: kappa e^(kappa cos alpha) / (4 pi sinh kappa), in logarithms (Fisher 1953).
 pub fn von_mises_fisher(mean: DVec3, kappa: f64, w: DVec3) -> f64 {
     // sinh k = e^k (1 - e^-2k) / 2

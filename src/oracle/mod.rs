@@ -5,6 +5,6 @@ mod directions;
 mod environment;
 mod solid_angle;
 
-pub use directions::{cosine, ggx_reflected, phong, von_mises_fisher};
+pub use directions::{cosine, ggx_reflected, phong, phong_under_horizon, von_mises_fisher};
 pub use environment::EnvironmentOracle;
 pub use solid_angle::{irradiance_of_polygon, solid_angle_of_triangle};

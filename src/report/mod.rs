@@ -11,6 +11,8 @@ mod json;
 mod pictures;
 #[cfg(feature = "pictures")]
 mod residuals;
+#[cfg(feature = "render")]
+mod stress;
 mod table;
 
 pub use calibration::calibration_table;
@@ -27,4 +29,8 @@ pub use json::to_json;
 pub use pictures::{EnvironmentFigure, environment_sheet, histogram_sheet};
 #[cfg(feature = "pictures")]
 pub use residuals::{overview_sheet, residual_planes, residual_sheet};
+#[cfg(feature = "render")]
+pub use stress::stress_table;
+#[cfg(all(feature = "render", feature = "json"))]
+pub use stress::stress_to_json;
 pub use table::{Style, table};

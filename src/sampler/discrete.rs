@@ -134,8 +134,9 @@ impl DiscreteCdf {
 
     /// The variate at which this entry with this rest is chosen; the inverse of [`choose`](Self::choose).
     pub fn variate(&self, index: usize, rest: f64) -> f64 {
-        let start = self.start(index);
-        (start as f64 + rest * (self.boundaries[index] - start) as f64) / STEPS
+        let (start, end) = (self.start(index) as f64, self.boundaries[index] as f64);
+        // Above 2^52 the middle of a step is no f64, and would round to the next entry.
+        (start + rest * (end - start)).min(end.next_down()) / STEPS
     }
 
     /// Up to 512 of the variates at which the entry changes, evenly spread over the entries, first and last included.
@@ -266,6 +267,17 @@ mod tests {
         let tail = 1.0 - table.mass(0);
         assert!((tail / (999_999.0 * 1e-8 / (1.0 + 999_999.0 * 1e-8)) - 1.0).abs() < 1e-6, "{tail}");
         assert!((1..weights.len()).all(|i| table.mass(i) > 0.0));
+    }
+
+    #[test]
+    fn the_inverse_stays_in_an_entry_of_one_step() {
+        let mut weights = vec![1e-30; 1000];
+        weights[0] = 1.0;
+        let table = DiscreteCdf::new(&weights).unwrap();
+        assert_eq!(table.mass(777), 2.0_f64.powi(-53));
+        for rest in [0.0, 0.5, ONE_MINUS_EPSILON_F64] {
+            assert!((0..1000).all(|i| table.choose(table.variate(i, rest)).index == i), "{rest}");
+        }
     }
 
     #[test]

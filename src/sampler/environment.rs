@@ -119,6 +119,16 @@ impl Environment {
         self.texels[row * self.width + column]
     }
 
+    /// The table over the rows, searched with the first variate.
+    pub fn marginal(&self) -> &DiscreteCdf {
+        &self.marginal
+    }
+
+    /// The table over the columns of a row, searched with the second variate; `None` where the row is black.
+    pub fn conditional(&self, row: usize) -> Option<&DiscreteCdf> {
+        self.conditionals[row].as_ref()
+    }
+
     /// The direction for variates in `[0, 1)`: `xi[0]` selects the row, `xi[1]` the column.
     #[inline]
     pub fn sample(&self, xi: [f64; 2]) -> EnvironmentSample {

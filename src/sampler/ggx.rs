@@ -52,10 +52,10 @@ impl GgxVisibleNormals {
         let a = self.alpha;
         let o = (self.outgoing * Vec3::new(a, a, 1.0)).normalize();
         let (sin, cos) = (TAU * xi.x).sin_cos();
-        let z = (1.0 - xi.y) * (1.0 + o.z) - o.z;
-        let r = (1.0 - z * z).clamp(0.0, 1.0).sqrt();
-        let h = Vec3::new(r * cos, r * sin, z) + o;
-        (Vec3::new(a, a, 1.0) * Vec3::new(h.x, h.y, h.z.max(0.0))).normalize()
+        // The height of the cap's point above its foot, and its drop below the pole: z itself would cancel in both.
+        let (height, drop) = ((1.0 - xi.y) * (1.0 + o.z), xi.y * (1.0 + o.z));
+        let r = (drop * (2.0 - drop)).max(0.0).sqrt();
+        Vec3::new(a * (r * cos + o.x), a * (r * sin + o.y), height).normalize()
     }
 
     /// The reflected direction for variates in `[0, 1)`; `None` where it falls under the surface.

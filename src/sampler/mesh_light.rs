@@ -70,8 +70,8 @@ pub struct SurfaceSample {
     pub triangle: usize,
     /// Barycentric coordinates (b0, b1, b2).
     pub barycentric: Vec3,
-    /// Density per area.
-    pub density: f32,
+    /// Density per area; `f32` has no number for that of a triangle 1e38 wide.
+    pub density: f64,
 }
 
 /// A point on a mesh light, as seen from a point that it lights.
@@ -85,8 +85,8 @@ pub struct LightSample {
     pub direction: Vec3,
     /// Distance to it.
     pub distance: f32,
-    /// Density per solid angle with which this point of this triangle was drawn.
-    pub density: f32,
+    /// Density per solid angle with which this point of this triangle was drawn; of a light 1e20 away it is more than `f32` holds.
+    pub density: f64,
 }
 
 impl MeshLight {
@@ -156,14 +156,13 @@ impl MeshLight {
     pub fn sample_surface(&self, xi: [f64; 3]) -> SurfaceSample {
         let choice = self.table.choose(xi[0]);
         let emitter = &self.emitters[choice.index];
-        let b = self.warp.barycentric(Vec2::new(to_f32(xi[1]), to_f32(xi[2])));
-        let [v0, v1, v2] = emitter.vertices;
+        let barycentric = self.warp.barycentric(Vec2::new(to_f32(xi[1]), to_f32(xi[2])));
         SurfaceSample {
-            point: b.x * v0 + b.y * v1 + b.z * v2,
+            point: emitter.at(barycentric, DVec3::ZERO).as_vec3(),
             normal: emitter.normal,
             triangle: choice.index,
-            barycentric: b,
-            density: (choice.mass / emitter.area) as f32,
+            barycentric,
+            density: choice.mass / emitter.area,
         }
     }
 
@@ -173,7 +172,7 @@ impl MeshLight {
     pub fn sample_from(&self, x: Vec3, xi: [f64; 3]) -> Option<LightSample> {
         let s = self.sample_surface(xi);
         let view = self.view(x, &s)?;
-        let density = view.per_solid_angle(f64::from(s.density)) as f32;
+        let density = view.per_solid_angle(s.density);
         (density > 0.0).then(|| LightSample {
             point: s.point,
             triangle: s.triangle,
@@ -186,18 +185,16 @@ impl MeshLight {
     /// Density per solid angle, as seen from `x`, of the point `y` of a triangle: what [`sample_from`](Self::sample_from) gives if it
     /// draws that point. 0 from the dark side.
     #[inline]
-    pub fn density_from(&self, x: Vec3, y: Vec3, triangle: usize) -> f32 {
+    pub fn density_from(&self, x: Vec3, y: Vec3, triangle: usize) -> f64 {
         let Some(emitter) = self.emitters.get(triangle) else { return 0.0 };
         let view = View::new(x, y, emitter.normal).map(|v| emitter.seen(v));
-        view.map_or(0.0, |v| v.per_solid_angle(self.density_on(triangle)) as f32)
+        view.map_or(0.0, |v| v.per_solid_angle(self.density_on(triangle)))
     }
 
     /// From the vertices, not from the rounded point: an ulp of a coordinate is a large angle at a grazing distance.
     fn view(&self, x: Vec3, s: &SurfaceSample) -> Option<View> {
         let emitter = &self.emitters[s.triangle];
-        let [a, b, c] = emitter.vertices.map(|v| v.as_dvec3() - x.as_dvec3());
-        let weights = s.barycentric.as_dvec3();
-        Some(emitter.seen(View::along(weights.x * a + weights.y * b + weights.z * c, s.normal)?))
+        Some(emitter.seen(View::along(emitter.at(s.barycentric, x.as_dvec3()), s.normal)?))
     }
 
     /// The sampler of directions towards this light from `x`.
@@ -207,6 +204,13 @@ impl MeshLight {
 }
 
 impl Emitter {
+    /// The point less `origin`. Rounded coordinates sum to 1 up to 1e-7 only, which is more than the width of a sliver far from the
+    /// origin: so two of them multiply edges.
+    fn at(&self, b: Vec3, origin: DVec3) -> DVec3 {
+        let [v0, v1, v2] = self.vertices.map(|v| v.as_dvec3());
+        (v0 - origin) + f64::from(b.y) * (v1 - v0) + f64::from(b.z) * (v2 - v0)
+    }
+
     fn seen(&self, view: View) -> View {
         match self.sides {
             Sides::Front => view,
@@ -230,7 +234,7 @@ impl Sampler for MeshLight {
     fn sample(&self, xi: &[f64]) -> Option<Sample<SurfacePoint>> {
         let s = self.sample_surface([xi[0], xi[1], xi[2]]);
         let point = SurfacePoint { triangle: s.triangle, barycentric: s.barycentric.as_dvec3() };
-        Some(Sample { point, density: f64::from(s.density) })
+        Some(Sample { point, density: s.density })
     }
 
     fn density(&self, point: &SurfacePoint) -> f64 {

@@ -13,6 +13,7 @@ mod environment;
 mod frame;
 mod ggx;
 mod mesh_light;
+mod mis;
 mod mixture;
 mod phong;
 mod solid_angle;
@@ -31,6 +32,7 @@ pub use environment::{Environment, EnvironmentSample, RowWarp, luminance};
 pub use frame::Frame;
 pub use ggx::GgxVisibleNormals;
 pub use mesh_light::{LightSample, MeshLight, SeenFrom, Sides, SurfaceSample};
+pub use mis::{Heuristic, Real};
 pub use mixture::Mixture;
 pub use phong::PhongLobe;
 pub use solid_angle::View;
@@ -221,7 +223,7 @@ pub enum Error {
     #[error("there are no weights to choose by")]
     NoWeights,
     /// A weight is negative, NaN or infinite.
-    #[error("weight {index} is {value}; weights must be finite and at least 0")]
+    #[error("weight {index} is {value:?}; weights must be finite and at least 0")]
     Weight {
         /// Which weight.
         index: usize,
@@ -236,7 +238,7 @@ pub enum Error {
     },
     /// A texel is negative, NaN or infinite.
     #[error(
-        "texel (column {column}, row {row}) has {channel} = {value}; radiance must be finite and at least 0"
+        "texel (column {column}, row {row}) has {channel} = {value:?}; radiance must be finite and at least 0"
     )]
     Texel {
         /// Column, from 0 on the left.
@@ -281,7 +283,7 @@ pub enum Error {
         triangles: usize,
     },
     /// A parameter is out of its range.
-    #[error("{parameter} is {value}; it must be {allowed}")]
+    #[error("{parameter} is {value:?}; it must be {allowed}")]
     Parameter {
         /// Its name.
         parameter: &'static str,

@@ -5,6 +5,9 @@
 //! cos alpha = xi^(1/(n + 1)). `f32` has 195 values of that at n = 1e6 and one at 1e9, so what is computed is the
 //! drop 1 - cos alpha = -expm1(ln xi / (n + 1)), and the density is read from the chord: cos alpha = 1 - |w - r|^2 / 2.
 //!
+//! At n = 1e9 the lobe is 4e-5 rad wide, the smallest angle at which differences of `f32` directions still have two digits. Larger
+//! exponents are cut to that, in samples and density alike: a mirror.
+//!
 //! The part of the lobe under the surface is rejected: the sampler returns nothing, the density is 0 there, and the
 //! integral of the density is 1 minus the rejected mass.
 
@@ -30,14 +33,17 @@ pub struct PhongLobe {
 }
 
 impl PhongLobe {
+    /// Larger exponents are cut to this one.
+    pub const LARGEST_EXPONENT: f32 = 1e9;
+
     /// The lobe of this exponent about `mirror`, a unit vector in the frame whose +Z is the surface normal.
     ///
     /// # Errors
-    /// Unless the exponent is in 0..=1e9 and `mirror` finite and of unit length.
+    /// Unless the exponent is finite and at least 0, and `mirror` finite and of unit length.
     pub fn new(mirror: Vec3, exponent: f32) -> Result<Self, Error> {
         checked("length of the mirror direction", mirror.length(), 0.999..=1.001, "1")?;
-        let exponent = checked("exponent", exponent, 0.0..=1e9, "from 0 to 1e9")?;
-        Ok(Self { frame: Frame::new(mirror.normalize()), exponent })
+        let exponent = checked("exponent", exponent, 0.0..=f32::MAX, "finite and at least 0")?;
+        Ok(Self { frame: Frame::new(mirror.normalize()), exponent: exponent.min(Self::LARGEST_EXPONENT) })
     }
 
     /// The direction for variates in `[0, 1)`; `None` where it falls under the surface.
@@ -55,8 +61,9 @@ impl PhongLobe {
     #[inline]
     pub fn density(&self, w: Vec3) -> f32 {
         let drop = 0.5 * (w - self.frame.normal).length_squared();
-        // The chord has the digits near the mirror direction, the dot product has them near the rim.
-        let log_cosine = if drop < 0.5 { (-drop).ln_1p() } else { w.dot(self.frame.normal).max(0.0).ln() };
+        // The chord has the digits near the mirror direction, the dot product has them near the rim, if its terms don't round.
+        let cosine = || w.as_dvec3().dot(self.frame.normal.as_dvec3()).max(0.0) as f32;
+        let log_cosine = if drop < 0.5 { (-drop).ln_1p() } else { cosine().ln() };
         if w.z <= 0.0 || log_cosine == f32::NEG_INFINITY {
             return 0.0;
         }

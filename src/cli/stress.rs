@@ -1,0 +1,79 @@
+//! `warpcheck stress`: inputs that break `f32`, and what happens beside what should.
+
+use super::common::{self, print};
+use anyhow::Result;
+use clap::Args;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+use warpcheck::picture::write_atomically;
+use warpcheck::report::{self, Style};
+use warpcheck::stress::{self, Component, Row};
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Components: discrete, triangle, solid-angle, environment, lobes, mixture; all if none is named
+    components: Vec<Component>,
+    /// Leave out the rows that take long or much memory
+    #[arg(long)]
+    quick: bool,
+    /// Also write everything that was found as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// List the rows, and do nothing
+    #[arg(long)]
+    list: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let wanted = |row: &Row| {
+        let named = arguments.components.is_empty() || arguments.components.contains(&row.component);
+        named && !(arguments.quick && row.heavy)
+    };
+    let rows: Vec<Row> = stress::rows().into_iter().filter(wanted).collect();
+    if arguments.list {
+        return list(&rows);
+    }
+    arguments.json.as_deref().map(|file| common::output_file(file, Path::new(""))).transpose()?;
+    let stop = common::stop_on_ctrl_c();
+    let total = rows.len();
+    let bar = common::progress(total as u64, "rows");
+    let mut begun = 0;
+    let done = stress::run(rows, |row| {
+        bar.set_message(format!("{}: {}", row.component, row.input));
+        bar.set_position(begun);
+        begun += 1;
+        !stop.load(Ordering::Relaxed)
+    });
+    bar.finish_and_clear();
+    let stopped = done.len() < total;
+
+    let style = match std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
+        true => Style::Colour,
+        false => Style::Plain,
+    };
+    print(&report::stress_table(&done, style))?;
+    if stopped {
+        print(&format!("stopped: {} of {total} rows were run\n", done.len()))?;
+    }
+    if let Some(file) = &arguments.json {
+        let json = format!("{:#}\n", report::stress_to_json(&done));
+        write_atomically(file, |out| out.write_all(json.as_bytes()))?;
+    }
+    Ok(match done.iter().all(|(_, outcome)| outcome.is_ok()) {
+        _ if stopped => ExitCode::from(130),
+        false => ExitCode::from(1),
+        true => ExitCode::SUCCESS,
+    })
+}
+
+fn list(rows: &[Row]) -> Result<ExitCode> {
+    let width = rows.iter().map(|row| row.input.chars().count()).max().unwrap_or(0);
+    let line = |row: &Row| {
+        let heavy = if row.heavy { " (takes long)" } else { "" };
+        format!("{:11}  {:width$}  {}: {}{heavy}\n", row.component, row.input, row.kind.name(), row.should)
+    };
+    print(&rows.iter().map(line).collect::<String>())?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,145 @@
+//! Selection by weights. The oracle is w / sum w, with a compensated sum of weights that were divided by the largest.
+
+use super::{CORNERS, Component, Kind, Reach, Row, Trial, Unit, missed_by_24_bits};
+use crate::domain::Discrete;
+use crate::random::ONE_MINUS_EPSILON_F64;
+use crate::sampler::{DiscreteCdf, Error, Sampler};
+use crate::statistics::CompensatedSum;
+
+/// A step of a variate of 53 bits.
+const STEP: f64 = 1.0 / 9_007_199_254_740_992.0;
+
+pub(super) fn rows() -> Vec<Row> {
+    // One step for each of M entries leaves 2^53 - M to be shared; each boundary is rounded by a few steps.
+    let mut rows = discrete_rows(DiscreteCdf::new, |entries, largest| (4.0 + entries * largest) * STEP);
+    rows.extend(refusals());
+    rows
+}
+
+/// The rows of tables of weights, asked of the sampler that `make` makes of weights. `allowed` says how far a mass may be from w / sum w, from the
+/// number of positive weights and the largest share.
+///
+/// ```
+/// use warpcheck::{domain::Discrete, sampler::from_fn, stress};
+/// // Sums in f32, as many renderers have them.
+/// let naive = |weights: &[f64]| {
+///     let sums = weights.iter().scan(0.0_f32, |sum, &w| { *sum += w as f32; Some(*sum) });
+///     let cdf: Vec<f32> = sums.collect();
+///     let (total, masses) = (cdf[cdf.len() - 1], cdf.clone());
+///     Ok::<_, String>(from_fn(
+///         Discrete::new(cdf.len()),
+///         move |xi: f32| cdf.partition_point(|&c| c <= xi * total).min(cdf.len() - 1),
+///         move |i: usize| (masses[i] - if i > 0 { masses[i - 1] } else { 0.0 }) / total,
+///     ))
+/// };
+/// let light = stress::discrete_rows(naive, |_, _| 1e-6).into_iter().filter(|row| !row.heavy);
+/// let broken = stress::run(light, |_| true).into_iter().filter(|(_, outcome)| !outcome.is_ok());
+/// assert!(broken.map(|(row, _)| row.input).any(|input| input == "[MAX, MAX]"));
+/// ```
+pub fn discrete_rows<S, E, M>(make: M, allowed: fn(entries: f64, largest: f64) -> f64) -> Vec<Row>
+where
+    S: Sampler<Domain = Discrete>,
+    E: std::fmt::Display,
+    M: Fn(&[f64]) -> Result<S, E> + Clone + Send + Sync + 'static,
+{
+    let row = |input: &str, entries: f64, largest: f64, weights: fn() -> Vec<f64>| {
+        let make = make.clone();
+        let ask = move |trial: &mut Trial| {
+            let weights = weights();
+            if let Some(sampler) = trial.accepted(make(&weights)) {
+                table(trial, &weights, &sampler);
+            }
+        };
+        let tolerance = (allowed(entries, largest), Unit::Absolute);
+        Row::new(Component::Discrete, Kind::Value, input, "w / sum w; no entry of weight 0", tolerance, ask)
+    };
+    vec![
+        row("N = 1", 1.0, 1.0, || vec![0.3]),
+        row("[5e-324, 0]", 1.0, 1.0, || vec![5e-324, 0.0]),
+        row("[MAX, MAX]", 2.0, 0.5, || vec![f64::MAX, f64::MAX]),
+        row("zeros first", 2.0, 0.7, || vec![0.0, 0.0, 0.0, 1.0, 2.0]),
+        row("zeros last", 2.0, 0.7, || vec![1.0, 2.0, 0.0, 0.0, 0.0]),
+        row("zeros in runs of 10", 500.0, 0.01, || {
+            (0..1000).map(|i| if i / 10 % 2 == 0 { 0.0 } else { f64::from(i) }).collect()
+        }),
+        row("areas from 1e-30 to 1e30", 601.0, 0.21, || {
+            // In no order.
+            (0..=600).map(|i| 10.0_f64.powf(f64::from(i * 233 % 601) / 10.0 - 30.0)).collect()
+        }),
+        row("1, then 1e6 of 1e-8", 1e6, 1.0, || {
+            let mut weights = vec![1e-8; 1_000_001];
+            weights[0] = 1.0;
+            weights
+        }),
+        row("1e7 of 0.1", 1e7, 1e-7, || vec![0.1; 10_000_000]).heavy(),
+        row("2^24 + 1 of 1", 1.7e7, 1e-7, || vec![1.0; (1 << 24) + 1]).heavy(),
+    ]
+}
+
+/// Masses against weights, whether each entry can be drawn, and that no entry of weight 0 is.
+fn table(trial: &mut Trial, weights: &[f64], sampler: &impl Sampler<Domain = Discrete>) {
+    let largest = weights.iter().copied().fold(0.0, f64::max);
+    let total: CompensatedSum = weights.iter().map(|w| w / largest).collect();
+    let plain = weights.iter().fold(0.0_f32, |sum, &w| sum + w as f32);
+    let off = f64::from(plain) / largest / total.value() - 1.0;
+    if off.abs() > 1e-3 {
+        trial.note(format!("a plain f32 sum is off by {:+.1}%", 100.0 * off));
+    }
+    let draw = |trial: &mut Trial, xi: f64| {
+        let index = sampler.sample(&[xi]).map(|sample| sample.point);
+        let weight = index.and_then(|i| weights.get(i));
+        trial.must(weight.is_some_and(|&w| w > 0.0), || {
+            format!("xi = {xi:e} draws {index:?}, which has the weight {weight:?}")
+        });
+        index
+    };
+    for xi in CORNERS {
+        draw(trial, xi);
+    }
+    let (mut missed, mut missed_24) = (0, (0, 0.0));
+    let mut start = CompensatedSum::new();
+    for (i, w) in weights.iter().enumerate() {
+        let mass = sampler.density(&i);
+        trial.compare(mass, w / largest / total.value(), || format!("entry {i}"));
+        let before = start.value();
+        start.add(mass);
+        if *w > 0.0 {
+            let end = start.value();
+            // At its start, in its middle or where the sampler itself says: an entry that none of them draws is lost.
+            let own = sampler.invert(&i).map(|xi| xi[0]);
+            let places = [Some(before), Some(0.5 * (before + end)), own];
+            let places = places.into_iter().flatten().map(|xi| xi.min(ONE_MINUS_EPSILON_F64));
+            missed += u64::from(!places.into_iter().any(|xi| draw(trial, xi) == Some(i)));
+            if missed_by_24_bits((before, end)) {
+                missed_24 = (missed_24.0 + 1, missed_24.1 + mass);
+            }
+        }
+    }
+    let of = weights.iter().filter(|&&w| w > 0.0).count() as u64;
+    trial.reach(Reach { of, missed, missed_by_24_bits: Some(missed_24) });
+}
+
+/// Weights that make no table.
+fn refusals() -> Vec<Row> {
+    let row = |input: &str, should: &str, weights: Vec<f64>, is_right: fn(&Error) -> bool| {
+        let ask = move |trial: &mut Trial| trial.refused(DiscreteCdf::new(&weights), is_right);
+        Row::new(Component::Discrete, Kind::Refusal, input, should, (0.0, Unit::Absolute), ask)
+    };
+    let at_2 = |x: f64| vec![1.0, 0.0, x, 1.0, x];
+    vec![
+        row("no weights", "says so", vec![], |e| *e == Error::NoWeights),
+        row("all 0", "says how many", vec![0.0; 7], |e| *e == Error::AllZero { count: 7 }),
+        row(
+            "NaN at 2 and 4",
+            "names index 2",
+            at_2(f64::NAN),
+            |e| matches!(e, Error::Weight { index: 2, value } if value.is_nan()),
+        ),
+        row("-5e-324 at 2 and 4", "names index 2", at_2(-5e-324), |e| {
+            *e == Error::Weight { index: 2, value: -5e-324 }
+        }),
+        row("infinite at 2 and 4", "names index 2", at_2(f64::INFINITY), |e| {
+            *e == Error::Weight { index: 2, value: f64::INFINITY }
+        }),
+    ]
+}
