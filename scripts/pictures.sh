@@ -7,8 +7,8 @@ trap 'rm -rf "$out"' EXIT
 warpcheck() { cargo run --release --quiet -- "$@" --out "$out"; }
 warpcheck verify
 cp "$out/overview.png" docs/overview.png
-warpcheck verify broken/environment-no-sine || [ $? = 1 ] # it is broken
-cp "$out/broken-environment-no-sine.png" docs/failure.png
+warpcheck verify broken/environment/sine-missing || [ $? = 1 ] # it is broken
+cp "$out/broken-environment-sine-missing.png" docs/failure.png
 warpcheck histogram data/env/spruit_sunrise_512.hdr --samples 10M
 cp "$out/spruit_sunrise_512-10M.png" docs/histogram.png
 warpcheck render data/scene/veach_a3.toml --sheet

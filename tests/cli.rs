@@ -290,8 +290,9 @@ fn too_few_samples_are_inconclusive() {
 #[test]
 fn a_failure_says_what_where_and_how_to_see_it_again() {
     let folder = tempdir().unwrap();
-    let out = exits(&folder, "verify broken triangle --samples 50k --seed 4 --out out --json run.json", 1);
-    assert!(out.contains("\nfail: 2 of 5 samplers pass, 3 fail, 0 inconclusive"), "{out}");
+    let out =
+        exits(&folder, "verify broken/triangle triangle --samples 50k --seed 4 --out out --json run.json", 1);
+    assert!(out.contains("\nfail: 2 of 10 samplers pass, 8 fail, 0 inconclusive"), "{out}");
     let report = json(&folder.path().join("run.json"));
     assert_eq!(report["verdict"], "fail");
     let samplers = report["samplers"].as_array().unwrap();
@@ -319,7 +320,28 @@ fn a_failure_says_what_where_and_how_to_see_it_again() {
         }
     }
     assert!(by_counts >= 2, "{out}");
-    exits(&folder, "verify broken/uniform-for-cosine --samples 50k --allow-inconclusive --out out", 1);
+    exits(&folder, "verify broken/lobes/uniform-for-cosine --samples 50k --allow-inconclusive --out out", 1);
+}
+
+#[test]
+fn faults_are_listed_and_tried() {
+    let folder = tempdir().unwrap();
+    let list = exits(&folder, "faults --list", 0);
+    assert!(list.contains("environment/sine-missing\n") && list.contains("    seen: "), "{list}");
+    let out = exits(
+        &folder,
+        "faults triangle/branch-squared estimators/f32-film --seeds 2 --samples 20k --json f.json",
+        0,
+    );
+    assert!(
+        out.contains("caught 2 of 2, diagnosed 2 of 2 (100%); 2 correct twins rejected in 0 of 3 runs"),
+        "{out}"
+    );
+    let report = json(&folder.path().join("f.json"));
+    assert_eq!(report["faults"][0]["samples_median"], 1000);
+    assert_eq!(report["score"]["caught"], 2);
+    // Ten samples can't tell.
+    exits(&folder, "faults environment/luminance-swapped --samples 10 --seeds 1 --without-twins", 1);
 }
 
 // ---- what it refuses ----
@@ -358,9 +380,10 @@ fn what_makes_no_sense_is_refused_in_one_sentence() {
         ("verify --json none/run.json".to_owned(), "there is no folder none to write none/run.json into"),
         ("calibrate phong/5O".to_owned(), "there is no sampler `phong/5O`; did you mean `phong/50`?"),
         (
-            "calibrate triangle broken".to_owned(),
-            "`broken/branch-squared` is broken on purpose: only right samplers raise false alarms",
+            "calibrate triangle broken/triangle".to_owned(),
+            "`broken/triangle/branch-squared` is broken on purpose: only right samplers raise false alarms",
         ),
+        ("faults lobes/phonk".to_owned(), "there is no fault `lobes/phonk` (--list shows all)"),
         ("calibrate --runs 0".to_owned(), "'0' for '--runs <RUNS>': there must be at least 1"),
         ("calibrate --runs some".to_owned(), "'some' for '--runs <RUNS>': not a count"),
         ("calibrate --samples 1.5".to_owned(), "'1.5' for '--samples <SAMPLES>': not a whole number"),

@@ -5,7 +5,6 @@ use std::f64::consts::{PI, TAU};
 use warpcheck::domain::{
     Discrete, Disk, Domain, Hemisphere, Interval, Knots, MeshSurface, Sphere, Square, SurfacePoint, Triangle,
 };
-use warpcheck::fault;
 use warpcheck::sampler::*;
 use warpcheck::verify;
 use warpcheck::verify::{Diagnosis, Verdict};
@@ -469,12 +468,6 @@ fn environment() {
         |[u, v, ..]| Some(polar((1.0 - 2.0 * u).acos(), TAU * v)),
         density,
     );
-    let without_sine = fault::environment_without_sine(right.clone()).unwrap();
-    bench.outcomes.push(Outcome {
-        name: "table without the sine",
-        expected: &["extra sin theta"],
-        diagnosis: verify(&without_sine).samples(SAMPLES).seed(SEED).run().examinations[0].diagnosis.clone(),
-    });
     judge(&bench.outcomes, 0.9);
 }
 
