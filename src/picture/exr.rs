@@ -80,7 +80,7 @@ fn fill<T>(
 /// Refuses what the crate would stumble over, before it allocates anything.
 fn check(header: &Header, file: usize) -> Result<(), Flaw> {
     let (width, height) = (header.layer_size.0 as u64, header.layer_size.1 as u64);
-    Flaw::check_size(width, height)?;
+    Flaw::check_size(width, height, header.channels.list.len(), file)?;
     if header.deep {
         return Err(Flaw::Unsupported("deep OpenEXR data".to_owned()));
     }

@@ -12,7 +12,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, Flaw> {
     let mut rest = bytes;
     let orientation = header(&mut rest)?;
     let Orientation { lines, length, .. } = orientation;
-    Flaw::check_size(length as u64, lines as u64)?;
+    Flaw::check_size(length as u64, lines as u64, 1, rest.len())?;
 
     // Grows with the data that is there: a header alone allocates nothing.
     let mut scanned: Vec<[u8; 4]> = Vec::new();
