@@ -70,7 +70,7 @@ pub struct SurfaceSample {
     pub triangle: usize,
     /// Barycentric coordinates (b0, b1, b2).
     pub barycentric: Vec3,
-    /// Density per area.
+    /// Density per area; infinite or 0 for lights so small or large that `f32` can't hold it ([`MeshLight::density_on`] can).
     pub density: f32,
 }
 
@@ -85,7 +85,7 @@ pub struct LightSample {
     pub direction: Vec3,
     /// Distance to it.
     pub distance: f32,
-    /// Density per solid angle with which this point of this triangle was drawn.
+    /// Density per solid angle with which this point of this triangle was drawn; infinite where it is too large for `f32`.
     pub density: f32,
 }
 
@@ -163,17 +163,17 @@ impl MeshLight {
             normal: emitter.normal,
             triangle: choice.index,
             barycentric: b,
-            density: (choice.mass / emitter.area) as f32,
+            density: self.density_on(choice.index) as f32,
         }
     }
 
     /// A point on the light as seen from `x`, for variates in `[0, 1)`; `None` where the point turns its dark side to `x`, is seen
-    /// edge-on, or is `x` itself.
+    /// edge-on, is `x` itself, or has a density too small for `f32`.
     #[inline]
     pub fn sample_from(&self, x: Vec3, xi: [f64; 3]) -> Option<LightSample> {
         let s = self.sample_surface(xi);
         let view = self.view(x, &s)?;
-        let density = view.per_solid_angle(f64::from(s.density)) as f32;
+        let density = view.per_solid_angle(self.density_on(s.triangle)) as f32;
         (density > 0.0).then(|| LightSample {
             point: s.point,
             triangle: s.triangle,
@@ -230,7 +230,7 @@ impl Sampler for MeshLight {
     fn sample(&self, xi: &[f64]) -> Option<Sample<SurfacePoint>> {
         let s = self.sample_surface([xi[0], xi[1], xi[2]]);
         let point = SurfacePoint { triangle: s.triangle, barycentric: s.barycentric.as_dvec3() };
-        Some(Sample { point, density: f64::from(s.density) })
+        Some(Sample { point, density: self.density_on(s.triangle) })
     }
 
     fn density(&self, point: &SurfacePoint) -> f64 {
