@@ -480,7 +480,7 @@ proptest! {
             poisson::two_sided(k, x.abs()),
             kolmogorov::sf(x, n),
             kolmogorov::sf(p, n),
-            kolmogorov::two_sample_sf(p, 1 + n % 2000, 1 + k % 2000),
+            kolmogorov::two_sample_sf(p, 1 + n % 300, 1 + k % 300),
             kolmogorov::two_sample_sf(p, n, k),
             anderson_darling::sf(x, n),
             multiplicity::sidak(p, n),

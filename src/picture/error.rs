@@ -103,14 +103,12 @@ impl Flaw {
         Error::Decode { path: path.to_owned(), flaw: self }
     }
 
-    /// Refuses a size before anything is allocated for it: one that is too large, and one that is too large for a file of `bytes`
-    /// with this many values a texel.
-    pub(super) fn check_size(width: u64, height: u64, values: usize, bytes: usize) -> Result<(), Self> {
-        // What packs best, a constant scanline of 2^15 texels in Radiance's old runs, has 2731 a byte; ZIP in OpenEXR reaches 516.
-        const VALUES_PER_BYTE: u64 = 4096;
+    /// Refuses a size before anything is allocated for it: one that is too large, and one for which the file is too small, `packed` being the
+    /// most texels that so many bytes can hold.
+    pub(super) fn check_size(width: u64, height: u64, packed: u64) -> Result<(), Self> {
         match width.checked_mul(height) {
-            Some(1..=MAX_TEXELS) if width * height * values as u64 > VALUES_PER_BYTE * bytes as u64 => {
-                Err(Self::Truncated(format!("after {bytes} bytes, too few for {width} x {height} texels")))
+            Some(texels @ 1..=MAX_TEXELS) if texels > packed => {
+                Err(Self::Truncated(format!("too early for {width} x {height} texels")))
             }
             Some(1..=MAX_TEXELS) => Ok(()),
             _ => Err(Self::Size { width, height }),

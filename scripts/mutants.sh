@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# Mutants of a folder and the tests that judge it: `scripts/mutants.sh [statistics|sampler|verify] [SHARD] [OPTION …]`, SHARD like 0/20 (every
+# twentieth mutant). Needs `cargo install cargo-mutants --locked`. All of it takes the better part of a day; what a run found is in docs/mutants.md.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+folders=("${1:-statistics}")
+(($#)) || folders=(statistics sampler verify)
+shard=${2:-}
+
+for folder in "${folders[@]}"; do
+    # Without the doctests, which cost a link each, and the statistical tests that take minutes.
+    case $folder in
+    statistics) tests=(--lib --test statistics) ;;
+    sampler) tests=(--lib --test properties --test environment --test oracles --test broken --test metamorphic) ;;
+    verify) tests=(--lib --test checks --test broken --test metamorphic --test two_samples --test atoms) ;;
+    *) echo "no folder $folder: statistics, sampler or verify" >&2; exit 2 ;;
+    esac
+    # Exit code 2 means that some mutants survived: the other folders are still to be done.
+    cargo mutants --jobs 1 --file "src/$folder/**/*.rs" ${shard:+--shard "$shard"} --sharding round-robin \
+        --output "mutants.out.$folder" "${@:3}" -- "${tests[@]}" || (($? == 2))
+done
