@@ -15,7 +15,8 @@ for folder in "${folders[@]}"; do
     verify) tests=(--lib --test checks --test broken --test metamorphic --test two_samples --test atoms) ;;
     *) echo "no folder $folder: statistics, sampler or verify" >&2; exit 2 ;;
     esac
-    # Exit code 2 means that some mutants survived: the other folders are still to be done.
-    cargo mutants --jobs 1 --file "src/$folder/**/*.rs" ${shard:+--shard "$shard"} --sharding round-robin \
-        --output "mutants.out.$folder" "${@:3}" -- "${tests[@]}" || (($? == 2))
+    # As arguments of every cargo command, so that the other tests aren't even built. Exit code 2 means that some mutants survived: the other
+    # folders are still to be done.
+    cargo mutants --jobs 1 --file "src/$folder/**/*.rs" ${shard:+--shard "$shard" --sharding round-robin} \
+        --output "mutants.out.$folder" "${tests[@]/#/--cargo-arg=}" "${@:3}" || (($? == 2))
 done
