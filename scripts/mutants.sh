@@ -17,6 +17,6 @@ for folder in "${folders[@]}"; do
     esac
     # As arguments of every cargo command, so that the other tests aren't even built. Exit code 2 means that some mutants survived: the other
     # folders are still to be done.
-    cargo mutants --jobs 1 --file "src/$folder/**/*.rs" ${shard:+--shard "$shard" --sharding round-robin} \
+    cargo mutants --file "src/$folder/**/*.rs" ${shard:+--shard "$shard" --sharding round-robin} \
         --output "mutants.out.$folder" "${tests[@]/#/--cargo-arg=}" "${@:3}" || (($? == 2))
 done
