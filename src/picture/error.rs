@@ -103,9 +103,13 @@ impl Flaw {
         Error::Decode { path: path.to_owned(), flaw: self }
     }
 
-    /// Refuses a size before anything is allocated for it.
-    pub(super) fn check_size(width: u64, height: u64) -> Result<(), Self> {
+    /// Refuses a size before anything is allocated for it: one that is too large, and one for which the file is too small, `packed` being the
+    /// most texels that so many bytes can hold.
+    pub(super) fn check_size(width: u64, height: u64, packed: u64) -> Result<(), Self> {
         match width.checked_mul(height) {
+            Some(texels @ 1..=MAX_TEXELS) if texels > packed => {
+                Err(Self::Truncated(format!("too early for {width} x {height} texels")))
+            }
             Some(1..=MAX_TEXELS) => Ok(()),
             _ => Err(Self::Size { width, height }),
         }

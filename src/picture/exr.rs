@@ -80,7 +80,9 @@ fn fill<T>(
 /// Refuses what the crate would stumble over, before it allocates anything.
 fn check(header: &Header, file: usize) -> Result<(), Flaw> {
     let (width, height) = (header.layer_size.0 as u64, header.layer_size.1 as u64);
-    Flaw::check_size(width, height)?;
+    // ZIP gets 1032 bytes into one, which are 516 values of 16 bits; all others pack less.
+    let channels = header.channels.list.len().max(1);
+    Flaw::check_size(width, height, 640 * file as u64 / channels as u64)?;
     if header.deep {
         return Err(Flaw::Unsupported("deep OpenEXR data".to_owned()));
     }

@@ -72,7 +72,8 @@ impl GgxVisibleNormals {
         if w.z <= 0.0 {
             return 0.0;
         }
-        let m = (w + self.outgoing).normalize();
+        // In f64, since opposite directions along the horizon leave a half vector as short as a denormal.
+        let m = (w + self.outgoing).as_dvec3().normalize().as_vec3();
         let a2 = self.alpha * self.alpha;
         let t = m.truncate().length_squared() / a2 + m.z * m.z;
         self.visible * FRAC_1_PI / (a2 * t * t)

@@ -17,6 +17,9 @@ use crate::random::to_f32;
 use glam::{DVec3, Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
+/// The least cosine with the mirror direction.
+const RIM: f32 = 5e-7;
+
 /// Directions about a mirror direction with density (n + 1) / 2 pi cos^n alpha per solid angle, above the surface z = 0.
 ///
 /// ```
@@ -49,8 +52,9 @@ impl PhongLobe {
     /// The direction for variates in `[0, 1)`; `None` where it falls under the surface.
     #[inline]
     pub fn sample(&self, xi: Vec2) -> Option<Vec3> {
-        // ln 0 = -inf gives a drop of 1, the rim of the lobe.
-        let drop = -(xi.x.ln() / (self.exponent + 1.0)).exp_m1();
+        // Off the rim, where the density is 0: farther than the direction is rounded, and than the power underflows.
+        let drop = -(xi.x.max(f32::MIN_POSITIVE).ln() / (self.exponent + 1.0)).exp_m1();
+        let drop = drop.min(1.0 - RIM);
         let r = (drop * (2.0 - drop)).sqrt();
         let (sin, cos) = (TAU * xi.y).sin_cos();
         let w = self.frame.to_world(Vec3::new(r * cos, r * sin, 1.0 - drop)).normalize();

@@ -17,8 +17,8 @@ pub enum Error {
         /// What the operating system says.
         source: io::Error,
     },
-    /// The file is larger than this reader is willing to hold in memory.
-    #[error("{} is larger than {limit} bytes, which is the most that is read", file.display())]
+    /// The file, a library with the mesh that names it, is larger than this reader is willing to hold in memory.
+    #[error("{} is larger than {limit} bytes (with what was read before, if it is a library), which is the most that is read", file.display())]
     TooLarge {
         /// The file.
         file: PathBuf,

@@ -7,10 +7,11 @@
 use super::{Error, polygon};
 use glam::{DVec3, Vec3};
 use std::{
-    collections::HashMap,
+    borrow::Cow,
+    collections::{HashMap, HashSet},
     fmt::Write as _,
     fs::File,
-    io::Read,
+    io::{self, Read},
     path::{Path, PathBuf},
 };
 
@@ -45,6 +46,23 @@ impl Material {
     /// Whether any channel of K_e is above 0.
     pub fn emits(&self) -> bool {
         self.ke.max_element() > 0.0
+    }
+
+    /// The materials of an MTL file that is in memory; `file` stands for its place in messages.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the file: see [`Error`].
+    ///
+    /// ```
+    /// let materials = warpcheck::scene::Material::from_mtl(b"newmtl lamp\nKe 1 2 3", "m.mtl")?;
+    /// assert!(materials[0].emits());
+    /// # Ok::<(), warpcheck::scene::Error>(())
+    /// ```
+    pub fn from_mtl(mtl: &[u8], file: impl AsRef<Path>) -> Result<Vec<Self>, Error> {
+        let file = file.as_ref();
+        let (_, checked) = check_mtl(file, &text(file, mtl)?)?;
+        let (materials, _) = tobj::load_mtl_buf(&mut checked.as_bytes()).map_err(|e| refused(file, e))?;
+        Ok(materials.into_iter().map(Self::from).collect())
     }
 }
 
@@ -95,23 +113,42 @@ impl Mesh {
     /// ```
     pub fn read_with(file: impl AsRef<Path>, fallback: Option<Material>) -> Result<Self, Error> {
         let file = file.as_ref();
-        let text = read_text(file)?;
-        let checked = check_obj(file, &text, fallback.is_some())?;
+        Self::from_obj(&load(file, &mut from_disk)?, file, fallback, from_disk)
+    }
+
+    /// Like [`Mesh::read_with`], for an OBJ file that is in memory. `file` stands for its place in messages and in the paths of the
+    /// libraries, whose bytes `open` is asked for.
+    ///
+    /// # Errors
+    /// As for [`Mesh::read`].
+    ///
+    /// ```
+    /// let obj = b"mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3";
+    /// let mesh = warpcheck::scene::Mesh::from_obj(obj, "m.obj", None, |_| Ok(b"newmtl a\nKd 1 1 1".to_vec()))?;
+    /// assert_eq!(mesh.triangles.len(), 1);
+    /// # Ok::<(), warpcheck::scene::Error>(())
+    /// ```
+    pub fn from_obj(
+        obj: &[u8],
+        file: impl AsRef<Path>,
+        fallback: Option<Material>,
+        mut open: impl FnMut(&Path) -> io::Result<Vec<u8>>,
+    ) -> Result<Self, Error> {
+        let file = file.as_ref();
+        let checked = check_obj(file, &text(file, obj)?, fallback.is_some(), &mut open)?;
         Self::assemble(file, checked, fallback)
     }
 
     fn assemble(file: &Path, checked: Checked, fallback: Option<Material>) -> Result<Self, Error> {
         let options = tobj::LoadOptions { single_index: true, ..Default::default() };
-        let refused =
-            |e: tobj::LoadError| Error::Malformed { file: file.into(), line: 1, what: e.to_string() };
         let library = |name: &Path| match checked.libraries.get(name) {
             Some(text) => tobj::load_mtl_buf(&mut text.as_bytes()),
             None => Err(tobj::LoadError::OpenFileFailed),
         };
-        let (models, materials) =
-            tobj::load_obj_buf(&mut checked.text.as_bytes(), &options, library).map_err(refused)?;
+        let (models, materials) = tobj::load_obj_buf(&mut checked.text.as_bytes(), &options, library)
+            .map_err(|e| refused(file, e))?;
         let mut materials: Vec<Material> =
-            materials.map_err(refused)?.into_iter().map(Material::from).collect();
+            materials.map_err(|e| refused(file, e))?.into_iter().map(Material::from).collect();
         let missing = materials.len() as u32;
         let mut mesh = Self {
             positions: Vec::new(),
@@ -176,6 +213,11 @@ impl Mesh {
     }
 }
 
+/// What `tobj` refuses although the pass before it did not.
+fn refused(file: &Path, error: tobj::LoadError) -> Error {
+    Error::Malformed { file: file.into(), line: 1, what: error.to_string() }
+}
+
 impl From<tobj::Material> for Material {
     fn from(m: tobj::Material) -> Self {
         let colour = |c: Option<[f32; 3]>| c.map_or(Vec3::ZERO, Vec3::from);
@@ -199,16 +241,30 @@ struct Checked {
     libraries: HashMap<PathBuf, String>,
 }
 
-/// Reads a whole text file; bytes that are not UTF-8 (old comments, mostly) are replaced.
-pub(super) fn read_text(file: &Path) -> Result<String, Error> {
-    let io = |source| Error::Io { file: file.into(), source };
+/// How files are read: from the disk, or from wherever the caller keeps them.
+pub(super) type Open<'a> = &'a mut dyn FnMut(&Path) -> io::Result<Vec<u8>>;
+
+/// The content of a regular file, up to the first byte that is too many; others (pipes, devices) might never end.
+pub(super) fn from_disk(file: &Path) -> io::Result<Vec<u8>> {
+    if !file.metadata()?.is_file() {
+        return Err(io::Error::other("not a regular file"));
+    }
     let mut bytes = Vec::new();
-    File::open(file).map_err(io)?.take(LIMIT + 1).read_to_end(&mut bytes).map_err(io)?;
+    File::open(file)?.take(LIMIT + 1).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// What `open` says about a file.
+pub(super) fn load(file: &Path, open: Open) -> Result<Vec<u8>, Error> {
+    open(file).map_err(|source| Error::Io { file: file.into(), source })
+}
+
+/// The bytes of a file as text; what is not UTF-8 (old comments, mostly) is replaced.
+pub(super) fn text<'a>(file: &Path, bytes: &'a [u8]) -> Result<Cow<'a, str>, Error> {
     if bytes.len() as u64 > LIMIT {
         return Err(Error::TooLarge { file: file.into(), limit: LIMIT });
     }
-    let text = String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes));
-    Ok(text.into_owned())
+    Ok(String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)))
 }
 
 /// A line of a file, for messages, cut into its keyword and the rest.
@@ -273,16 +329,14 @@ fn excerpt(word: &str) -> String {
 }
 
 /// Checks every line of an OBJ file and keeps those that describe the surface.
-fn check_obj(file: &Path, text: &str, allow_missing: bool) -> Result<Checked, Error> {
-    let mut out = Checked {
-        text: String::with_capacity(text.len()),
-        face_lines: Vec::new(),
-        libraries: HashMap::new(),
-    };
+fn check_obj(file: &Path, obj: &str, allow_missing: bool, open: Open) -> Result<Checked, Error> {
+    let mut out =
+        Checked { text: String::with_capacity(obj.len()), face_lines: Vec::new(), libraries: HashMap::new() };
     let mut counts = [0_usize; 3]; // v, vt, vn
-    let mut known = Vec::new();
+    let mut known = HashSet::new();
+    let mut read = obj.len();
     let mut has_material = false;
-    for line in Line::all(file, text) {
+    for line in Line::all(file, obj) {
         match line.key {
             "v" => {
                 let n = line.numbers("a vertex")?;
@@ -336,7 +390,7 @@ fn check_obj(file: &Path, text: &str, allow_missing: bool) -> Result<Checked, Er
                 out.face_lines.push(line.number);
             }
             "usemtl" => {
-                has_material = known.iter().any(|name| name == line.rest);
+                has_material = known.contains(line.rest);
                 if line.rest.is_empty() {
                     return Err(line.malformed("`usemtl` needs the name of a material"));
                 }
@@ -352,15 +406,20 @@ fn check_obj(file: &Path, text: &str, allow_missing: bool) -> Result<Checked, Er
                 }
                 if !out.libraries.contains_key(Path::new(line.rest)) {
                     let library = file.parent().unwrap_or(Path::new("")).join(line.rest);
-                    let text = read_text(&library).map_err(|error| match error {
-                        Error::Io { file: library, source } => {
-                            Error::MissingLibrary { file: file.into(), line: line.number, library, source }
-                        }
-                        other => other,
+                    let bytes = open(&library).map_err(|source| Error::MissingLibrary {
+                        file: file.into(),
+                        line: line.number,
+                        library: library.clone(),
+                        source,
                     })?;
-                    let (names, text) = check_mtl(&library, &text)?;
+                    // One large library under many names (m.mtl, d/../m.mtl, …) must not fill the memory either.
+                    read += bytes.len();
+                    if read as u64 > LIMIT {
+                        return Err(Error::TooLarge { file: library, limit: LIMIT });
+                    }
+                    let (names, checked) = check_mtl(&library, &text(&library, &bytes)?)?;
                     known.extend(names);
-                    out.libraries.insert(line.rest.into(), text);
+                    out.libraries.insert(line.rest.into(), checked);
                     let _ = writeln!(out.text, "mtllib {}", line.rest);
                 }
             }

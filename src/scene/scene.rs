@@ -3,12 +3,15 @@
 use super::{
     Bvh, Camera, Convention, Environment, Error, Hit, Material, Mesh, Picture, Ray, RayQueries, Reference,
     file::{MeshEntry, Normals, SceneFile},
-    mesh::read_text,
+    mesh::{Open, from_disk, load, text},
     offset_origin, offset_unit,
     rays::extent,
 };
 use glam::{DQuat, Vec3};
-use std::path::{Path, PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 /// Coordinates beyond this would overflow when areas are formed in `f32`.
 const FARTHEST: f32 = 1e15;
@@ -89,7 +92,7 @@ impl Scene {
     /// Whatever is wrong with the files: see [`Error`].
     pub fn load(file: impl AsRef<Path>) -> Result<Self, Error> {
         let file = file.as_ref();
-        Self::from_toml(&read_text(file)?, file)
+        Self::from_toml(&text(file, &load(file, &mut from_disk)?)?, file)
     }
 
     /// Like [`Scene::load`], for a scene file whose text is at hand; `file` stands for its place in messages and in
@@ -98,6 +101,18 @@ impl Scene {
     /// # Errors
     /// As for [`Scene::load`].
     pub fn from_toml(text: &str, file: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::from_toml_with(text, file, from_disk)
+    }
+
+    /// Like [`Scene::from_toml`], without the disk: `open` is asked for the bytes of the meshes and of their libraries.
+    ///
+    /// # Errors
+    /// As for [`Scene::load`].
+    pub fn from_toml_with(
+        text: &str,
+        file: impl AsRef<Path>,
+        mut open: impl FnMut(&Path) -> io::Result<Vec<u8>>,
+    ) -> Result<Self, Error> {
         let file = file.as_ref();
         let described = SceneFile::parse(file, text)?;
         let picture = described.picture;
@@ -106,7 +121,7 @@ impl Scene {
             .map_err(|why| wrong(described.camera_line, "camera", why))?;
         let (mut triangles, mut materials, mut emitters) = (Vec::new(), Vec::new(), Vec::new());
         for entry in &described.meshes {
-            let mesh = entry.read(described.convention)?;
+            let mesh = entry.read(described.convention, &mut open)?;
             let first = triangles.len();
             triangles.extend(entry.place(&mesh, materials.len() as u32));
             let reached = triangles[first..].iter().flat_map(|t: &Triangle| t.vertices);
@@ -211,8 +226,9 @@ impl Scene {
 
 impl MeshEntry {
     /// The mesh with the materials that this scene gives it, in its own coordinates.
-    fn read(&self, convention: Convention) -> Result<Mesh, Error> {
-        let mut mesh = Mesh::read_with(&self.file, self.material.as_ref().map(|_| Material::default()))?;
+    fn read(&self, convention: Convention, open: Open) -> Result<Mesh, Error> {
+        let fallback = self.material.as_ref().map(|_| Material::default());
+        let mut mesh = Mesh::from_obj(&load(&self.file, open)?, &self.file, fallback, open)?;
         match self.normals {
             Normals::File => {}
             Normals::Smooth => mesh.smooth_normals(),

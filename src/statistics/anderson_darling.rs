@@ -146,8 +146,12 @@ impl Part {
         }
         if below == 0.0 || above == 0.0 {
             // Only without an error, so that x + y = 1 and h = b x: b^2 integral of x / (1 - x), and its mirror image.
-            let slope = first.max(last) / mass;
-            return slope * slope * deviance(1.0, 1.0 - mass, mass);
+            let largest = first.max(last);
+            // (-ln(1 - m) - m) / m^2 = 1/2 + m/3 + ...; a mass below 1e-162 has no square.
+            // What is left of 1 is behind the other end, to more digits than 1 - m.
+            let rest = below.max(above);
+            let rise = if mass < 1e-16 { 0.5 } else { deviance(1.0, rest, mass) / (mass * mass) };
+            return largest * largest * rise;
         }
         // The rule has its full accuracy as long as neither x nor y changes by more than a factor 4.
         if below + mass > 4.0 * below || above + mass > 4.0 * above {
@@ -161,9 +165,11 @@ impl Part {
         }
         let at = |t: f64| {
             let h = first + t * (last - first);
-            h * h / ((below + t * mass) * (above + (1.0 - t) * mass))
+            let (x, y) = (below + t * mass, above + (1.0 - t) * mass);
+            // mass is at most three times the smaller: their quotient is safe where 1 / (x y) overflows.
+            h * (h / x.max(y)) * (mass / x.min(y))
         };
-        0.5 * mass * GAUSS.iter().map(|(x, w)| w * (at(0.5 - 0.5 * x) + at(0.5 + 0.5 * x))).sum::<f64>()
+        0.5 * GAUSS.iter().map(|(x, w)| w * (at(0.5 - 0.5 * x) + at(0.5 + 0.5 * x))).sum::<f64>()
     }
 }
 

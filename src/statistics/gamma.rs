@@ -3,7 +3,7 @@
 //! Of the two, the one on the short side of the mode is computed, as a logarithm, and the other is its complement:
 //! - x < a + 1: P = x^a e^-x / Gamma(a + 1) * sum_j x^j / ((a + 1) ... (a + j))             (DLMF 8.7.1);
 //! - x >= a + 1: Q = x^a e^-x / Gamma(a) * 1/(x + 1 - a - 1 (1 - a)/(x + 3 - a - ...))      (DLMF 8.9.2, even part);
-//! - a > 1e5, where both would need thousands of terms: Gauss-Legendre over the tail of the density.
+//! - a > 1e5 and x > a / 2, where both would need thousands of terms: Gauss-Legendre over the tail of the density.
 //!
 //! The factor in front comes from Loader's saddle-point form (`saddle.rs`), so that it keeps its digits for large a.
 
@@ -72,7 +72,7 @@ pub(super) fn tail(a: f64, x: f64) -> Tail {
         return Tail::Upper(f64::NEG_INFINITY);
     }
     let ln_kernel = ln_poisson(a, x);
-    if a > LARGE {
+    if a > LARGE && x > 0.5 * a {
         let start = deviance(a, x, a - x);
         let (sign, end) = if x > a { (1.0, f64::INFINITY) } else { (-1.0, x) };
         let rate = ((a - 1.0) / x - 1.0).abs();

@@ -314,7 +314,8 @@ fn two_sample_tail(distance: i128, m: i128, n: i128) -> f64 {
     }
     let (m, n) = (m.min(n), m.max(n));
     let d = distance as f64 / (m as f64 * n as f64);
-    if m as f64 * n as f64 * (2.0 * d).min(1.0) > LATTICE_MAX {
+    // The cells of the band, and a row, which is kept.
+    if m as f64 * n as f64 * (2.0 * d).min(1.0) + n as f64 > LATTICE_MAX {
         let size = m as f64 * (n as f64 / (m as f64 + n as f64));
         return sf(d, size.round() as u64).unwrap_or(f64::NAN);
     }

@@ -29,7 +29,10 @@ pub(super) fn deviance(x: f64, m: f64, d: f64) -> f64 {
         return m;
     }
     if d.abs() >= 0.1 * (x + m) {
-        return x * (x / m).ln() - d;
+        let ratio = x / m;
+        // Where the quotient leaves the range, the difference of logarithms has the digits.
+        let ln = if ratio.is_normal() { ratio.ln() } else { x.ln() - m.ln() };
+        return x * ln - d;
     }
     let v = d / (x + m);
     let (mut sum, mut power) = (d * v, 2.0 * x * v);

@@ -155,8 +155,17 @@ impl Expectation {
         let whole = |leaf: usize| at_random(probe, seed, partition, leaf, &partition.leaves()[leaf]);
         let again = crate::parallel::map(self.leaves.len(), whole);
         let (mut value, mut variance) = (0.0, 0.0);
-        for (leaf, (mass, error)) in self.leaves.iter_mut().zip(again) {
+        let densest = largest_at_samples(probe, seed, partition);
+        for (i, (leaf, (mass, error))) in self.leaves.iter_mut().zip(again).enumerate() {
             leaf.error = leaf.error.max((leaf.value - mass).abs() + SURE * error);
+            if leaf.zeros > 0 && mass < SLIVER_HITS.sqrt() * error || mass == 0.0 && leaf.value > 0.0 {
+                // A sliver of a support that hardly any point has hit: h hits, each worth error^2 / mass, don't tell their own error.
+                let cell = &partition.leaves()[i];
+                let chart =
+                    (0..probe.space().axes()).map(|axis| cell.high[axis] - cell.low[axis]).product::<f64>();
+                let one = if mass > 0.0 { error * error / mass } else { densest[i] * chart / STRATA };
+                leaf.error = leaf.error.max((MISSED * one).min(1.0));
+            }
             value += mass;
             variance += error * error;
         }
@@ -191,6 +200,29 @@ impl Expectation {
     pub(super) fn rejected(&self) -> Mass {
         Mass { value: (1.0 - self.total.value).max(0.0), error: self.total.error + 1e-6 }
     }
+}
+
+/// Hits below which a sliver's own variance says nothing.
+const SLIVER_HITS: f64 = 16.0;
+/// Hits that may have been missed: e^-20 is the probability of none where so many are expected.
+const MISSED: f64 = 20.0;
+/// Random points of a leaf, about.
+const STRATA: f64 = 4096.0;
+
+/// The largest density per chart area at samples in each leaf; 0 where none fell.
+fn largest_at_samples(probe: &dyn Probe, seed: u64, partition: &Partition) -> Vec<f64> {
+    const SAMPLES: usize = 1 << 14;
+    let mut xi = vec![0.0; SAMPLES * probe.dimensions().max(1)];
+    fill_unit(&mut stream(seed, "slivers", 0), &mut xi);
+    let mut places = Vec::new();
+    probe.locate(&xi, &mut places);
+    let mut largest = vec![0.0_f64; partition.leaves().len()];
+    for place in places {
+        let (density, jacobian) = probe.density_at(place.patch, place.at);
+        let leaf = &mut largest[partition.leaf_of(&place)];
+        *leaf = leaf.max(density * jacobian);
+    }
+    largest
 }
 
 fn scales(partition: &Partition, leaves: &[Integral], samples: u64) -> Vec<Groups> {
