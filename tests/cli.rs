@@ -334,7 +334,7 @@ fn faults_are_listed_and_tried() {
         0,
     );
     assert!(
-        out.contains("caught 2 of 2, diagnosed 2 of 2 (100%); 2 correct twins rejected in 0 of 3 runs"),
+        out.contains("caught 2 of 2, diagnosed 2 of 2 (100%); 2 correct twins did not pass in 0 of 3 runs"),
         "{out}"
     );
     let report = json(&folder.path().join("f.json"));

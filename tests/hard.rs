@@ -172,3 +172,15 @@ fn constant_factors_are_seen() {
 fn an_alpha_that_is_none_is_refused() {
     let _ = verify(&CosineHemisphere).alpha(f64::NAN);
 }
+
+/// A triangle a ten-thousandth of a radian high across half of the sphere: quadrature can't follow its edges, and has to say so.
+#[test]
+#[ignore = "long: quadrature over a sliver"]
+fn a_sliver_is_not_rejected() {
+    let vertices = [Vec3::new(1.0, 0.0, 1.0), Vec3::new(1.0, 0.25, 1.0), Vec3::new(1.0, 0.5, 1.0002)];
+    let sliver = SphericalTriangle::new(Vec3::ZERO, vertices).unwrap();
+    for seed in 1..4 {
+        let report = verify(&sliver).samples(1_000_000).seed(seed).undiagnosed().run();
+        assert_ne!(report.verdict(), Verdict::Fail, "{report}");
+    }
+}

@@ -158,7 +158,7 @@ fn median(mut needed: Vec<Option<u64>>) -> Option<u64> {
     needed.get(needed.len().saturating_sub(1) / 2).copied().flatten()
 }
 
-/// With how many seeds a correct twin is rejected at the whole budget, and of how many; the first report that did not pass.
+/// With how many seeds a correct twin does not pass at the whole budget, and of how many; the first report of those.
 pub fn examine_twin(twin: &Twin, plan: &Plan) -> (u64, u64, Option<Report>) {
     let specimen = twin.make();
     let (mut rejected, mut of, mut first) = (0, 0, None);

@@ -108,7 +108,8 @@ const TWO_SIDED: Twin =
 /// Triangles as seen from the origin.
 const WIDE: [Vec3; 3] = [Vec3::new(1.0, 0.1, 0.2), Vec3::new(-0.6, 0.9, 0.15), Vec3::new(-0.6, -0.9, 0.2)];
 const SMALL: [Vec3; 3] = [Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.603, 0.0, 0.8), Vec3::new(0.6, 0.003, 0.8)];
-const SLIVER: [Vec3; 3] = [Vec3::new(1.0, 0.0, 1.0), Vec3::new(1.0, 0.25, 1.0), Vec3::new(1.0, 0.5, 1.0002)];
+const TINY: [Vec3; 3] =
+    [Vec3::new(0.62, 0.0, 0.8), Vec3::new(0.6203, 0.0, 0.8), Vec3::new(0.62, 0.0003, 0.8)];
 
 fn spherical(vertices: [Vec3; 3]) -> SphericalTriangle {
     SphericalTriangle::new(Vec3::ZERO, vertices).expect("a solid angle")
@@ -116,8 +117,7 @@ fn spherical(vertices: [Vec3; 3]) -> SphericalTriangle {
 
 const WIDE_TRIANGLE: Twin = Twin::new("wide spherical triangle", || Specimen::sampler(spherical(WIDE)));
 const SMALL_TRIANGLE: Twin = Twin::new("small spherical triangle", || Specimen::sampler(spherical(SMALL)));
-const SLIVER_TRIANGLE: Twin =
-    Twin::new("sliver of a spherical triangle", || Specimen::sampler(spherical(SLIVER)));
+const TINY_TRIANGLE: Twin = Twin::new("tiny spherical triangle", || Specimen::sampler(spherical(TINY)));
 
 /// Sampled rightly, with the density 1 / `solid_angle`.
 fn spherical_claiming(vertices: [Vec3; 3], solid_angle: fn([Vec3; 3]) -> f32) -> Specimen {
@@ -135,6 +135,15 @@ fn girard([a, b, c]: [Vec3; 3]) -> f32 {
     let normals = [a.cross(b), b.cross(c), c.cross(a)].map(Vec3::normalize);
     let angle = |i: usize| (-normals[i].dot(normals[(i + 1) % 3])).acos();
     angle(0) + angle(1) + angle(2) - std::f32::consts::PI
+}
+
+/// By the three sides (L'Huilier; Todhunter, article 102).
+fn l_huilier([a, b, c]: [Vec3; 3]) -> f32 {
+    let sides = [(b, c), (c, a), (a, b)].map(|(p, q)| p.dot(q).acos());
+    let half = 0.5 * sides.iter().sum::<f32>();
+    let product =
+        sides.iter().fold((0.5 * half).tan(), |product, side| product * (0.5 * (half - side)).tan());
+    4.0 * product.sqrt().atan()
 }
 
 pub(super) fn faults() -> Vec<Fault> {
@@ -247,9 +256,9 @@ pub(super) fn faults() -> Vec<Fault> {
         .caught(&["normalisation", "chi-square"], &["constant*"]),
         Fault::new(
             "solid-angle/acos-unclamped",
-            "an angle by acos of a product that is rounded beyond 1",
-            SLIVER_TRIANGLE,
-            || spherical_claiming(SLIVER, |v| girard(v.map(|p| p * (1.0 + f32::EPSILON)))),
+            "a side by acos of a product that is rounded beyond 1",
+            TINY_TRIANGLE,
+            || spherical_claiming(TINY, l_huilier),
         )
         .seen("YafaRay/Core PR 56 (black dots), Devsh-Graphics-Programming/Nabla PR 1001")
         .caught(&["support", "domain"], &["density not finite"]),

@@ -4,7 +4,7 @@ use super::table::Style;
 use crate::fault::{Outcome, Score};
 use std::fmt::Write;
 
-/// How often correct twins were rejected.
+/// How often correct twins did not pass.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Twins {
     /// How many twins there are.
@@ -53,7 +53,7 @@ pub fn fault_table(outcomes: &[Outcome], twins: &Twins, style: Style) -> String 
     let percent = 100.0 * score.diagnosed as f64 / score.faults.max(1) as f64;
     let _ = writeln!(
         text,
-        "caught {} of {}, diagnosed {} of {} ({percent:.0}%); {} correct twins rejected in {} of {} runs",
+        "caught {} of {}, diagnosed {} of {} ({percent:.0}%); {} correct twins did not pass in {} of {} runs",
         score.caught,
         score.faults,
         score.diagnosed,
