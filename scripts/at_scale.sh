@@ -19,7 +19,7 @@ verify() { # verify NAME COUNT SAMPLER…
     target/release/warpcheck verify "$@" --samples "$samples" --out "$out/$name" --json "$out/$name.json"
     code=$?
     [ "$code" = 130 ] && exit 130
-    # A failure outweighs a run that could not be made, and that what is inconclusive.
+    # A failure outweighs a run that could not be made, which outweighs an inconclusive one.
     case "$status,$code" in
     *,0 | 1,* | 2,3) ;;
     *) status=$code ;;

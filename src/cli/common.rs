@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use warpcheck::catalogue::{self, Entry};
+use warpcheck::report::Style;
 
 /// Where pictures go unless told.
 pub const DEFAULT_OUT: &str = "warpcheck-out";
@@ -161,6 +162,14 @@ pub fn stop_on_ctrl_c() -> Arc<AtomicBool> {
     // Without a handler Ctrl-C still works, it only keeps nothing.
     let _ = ctrlc::set_handler(handler);
     stop
+}
+
+/// Colour on a terminal, unless NO_COLOR is set (no-color.org).
+pub fn style() -> Style {
+    match std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
+        true => Style::Colour,
+        false => Style::Plain,
+    }
 }
 
 /// A progress bar on a terminal, nothing elsewhere.

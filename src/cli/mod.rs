@@ -27,7 +27,7 @@ enum Command {
     Verify(verify::Arguments),
     /// Measure how often right samplers fail, beside how often they may
     Calibrate(calibrate::Arguments),
-    /// Run the battery on broken samplers that imitate mistakes made in public, each beside its correct twin
+    /// Run the battery on broken samplers, each beside its correct twin
     Faults(faults::Arguments),
     /// Give samplers inputs that break f32, and tell what happened beside what should
     Stress(stress::Arguments),
@@ -43,7 +43,7 @@ Examples:
   warpcheck verify environment --samples 10M      the environment maps only, with more samples
   warpcheck verify --list                         what there is
   warpcheck calibrate --runs 1k                   false alarms of right samplers, measured
-  warpcheck faults --list                         mistakes that were made in public
+  warpcheck faults --list                         mistakes, most of them made in public
   warpcheck faults                                what catches them, and after how many samples
   warpcheck stress environment                    what maps of odd sizes and enormous range do
   warpcheck histogram data/env/noon_grass_512.hdr --samples 1M,10M,100M

@@ -182,7 +182,7 @@ pub(super) fn faults() -> Vec<Fault> {
             searched(&million(), move |xi| ends.partition_point(|&e| e <= xi as f32 * total).min(last))
         })
         .seen("torch7 #418 (upper half of the categories never drawn), pytorch #43115")
-        .caught(&["chi-square", "distribution"], &["step along the index", "power"]),
+        .caught(&["chi-square", "distribution"], &["step along the index"]),
         Fault::new(
             "discrete/last-under-1",
             "the last entry of the CDF is under 1, and the search falls off it",

@@ -305,7 +305,7 @@ pub(super) fn faults() -> Vec<Fault> {
             },
         )
         .seen("mmp/pbrt-v3 #62 (centre or border)")
-        .caught(&["weights"], &["spread"])
+        .caught(&["weights"], &[])
         .held_back(),
         Fault::new(
             "environment/rows-normalised-first",
@@ -349,7 +349,7 @@ pub(super) fn faults() -> Vec<Fault> {
             },
         )
         .seen("mitsuba3 #1429 (a 4-channel map read as 3)")
-        .caught(&["weights"], &["spread"])
+        .caught(&["weights"], &[])
         .held_back(),
         Fault::new(
             "environment/luminance-swapped",

@@ -1,10 +1,9 @@
 //! What shows in no density: weights, light counts, films, streams.
 
-use super::specimen::estimating;
 use super::{Fault, Specimen, Twin};
 use crate::random::{stream, unit_f64};
 use crate::sampler::{CosineHemisphere, UniformHemisphere};
-use crate::verify::Values;
+use crate::verify::{Values, estimator};
 use glam::{Vec2, Vec3};
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -30,7 +29,7 @@ fn two_samples([a, b, c, d]: [f32; 4], weights: fn(f64, f64) -> [f64; 2]) -> f64
 
 const MIS: Twin = Twin::new("two samples under the balance heuristic", || {
     Specimen::Estimator(|| {
-        estimating(|xi: [f32; 4]| two_samples(xi, |p, q| [p / (p + q), q / (p + q)]), IRRADIANCE)
+        estimator(|xi: [f32; 4]| two_samples(xi, |p, q| [p / (p + q), q / (p + q)]), IRRADIANCE)
     })
 });
 
@@ -42,7 +41,7 @@ fn with_delta(xi: [f32; 4], weight: f64) -> f64 {
 }
 
 const DELTA_LIGHT: Twin = Twin::new("a delta light and a sky", || {
-    Specimen::Estimator(|| estimating(|xi: [f32; 4]| with_delta(xi, 1.0), IRRADIANCE + DELTA.0))
+    Specimen::Estimator(|| estimator(|xi: [f32; 4]| with_delta(xi, 1.0), IRRADIANCE + DELTA.0))
 });
 
 const LIGHTS: [f64; 5] = [1.0, 3.0, 0.5, 2.0, 1.5];
@@ -53,7 +52,7 @@ fn one_light(xi: f32, count: f64) -> f64 {
 }
 
 const COUNT: Twin =
-    Twin::new("one of five lights", || Specimen::Estimator(|| estimating(|xi: f32| one_light(xi, 5.0), 8.0)));
+    Twin::new("one of five lights", || Specimen::Estimator(|| estimator(|xi: f32| one_light(xi, 5.0), 8.0)));
 
 /// Sums each stream on a thread of its own.
 fn film(streams: Vec<Values>) -> f64 {
@@ -119,7 +118,7 @@ pub(super) fn faults() -> Vec<Fault> {
             MIS,
             || {
                 Specimen::Estimator(|| {
-                    estimating(
+                    estimator(
                         |xi: [f32; 4]| two_samples(xi, |p, q| [p / (p + q), q * q / (p * p + q * q)]),
                         IRRADIANCE,
                     )
@@ -135,10 +134,7 @@ pub(super) fn faults() -> Vec<Fault> {
             DELTA_LIGHT,
             || {
                 Specimen::Estimator(|| {
-                    estimating(
-                        |xi: [f32; 4]| with_delta(xi, 1.0 / (1.0 + DELTA.1 / PI)),
-                        IRRADIANCE + DELTA.0,
-                    )
+                    estimator(|xi: [f32; 4]| with_delta(xi, 1.0 / (1.0 + DELTA.1 / PI)), IRRADIANCE + DELTA.0)
                 })
             },
         )
@@ -149,7 +145,7 @@ pub(super) fn faults() -> Vec<Fault> {
             "estimators/wrong-light-count",
             "the probability of a light leaves one of them out of the count",
             COUNT,
-            || Specimen::Estimator(|| estimating(|xi: f32| one_light(xi, 4.0), 8.0)),
+            || Specimen::Estimator(|| estimator(|xi: f32| one_light(xi, 4.0), 8.0)),
         )
         .seen("RenderKit/ospray #552 (1 / (numLights - numGeoLights))")
         .caught(&["mean"], &["constant 4 / 5"])

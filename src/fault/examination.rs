@@ -1,7 +1,7 @@
 //! The battery on one fault: is it caught, after how many samples, and is the diagnosis right?
 
 use super::{Fault, Specimen, Twin};
-use crate::verify::{Diagnosis, Report, Settings, Verdict};
+use crate::verify::{Report, Settings, Verdict};
 
 /// Numbers of samples at which a fault is tried, 1, 2 and 5 times powers of ten.
 const FEWEST: u64 = 1000;
@@ -44,7 +44,8 @@ impl Plan {
 
     /// The seeds with which this specimen is tried; those that draw nothing have one.
     fn seeds_of(&self, specimen: &Specimen) -> impl Iterator<Item = u64> + use<> {
-        self.seed..self.seed + if specimen.is_random() { self.seeds } else { 1 }
+        let (first, count) = (self.seed, if specimen.is_random() { self.seeds } else { 1 });
+        (0..count).map(move |i| first.wrapping_add(i))
     }
 
     /// The steps up to the whole budget.
@@ -70,10 +71,14 @@ pub struct Outcome {
     pub caught: u64,
     /// … of how many.
     pub of: u64,
-    /// Samples that it took, the median over the seeds; `None` if most did not catch it.
+    /// Samples that it took, the median over the seeds; `None` if most did not catch it, or if it isn't samples that are asked for.
     pub samples: Option<u64>,
     /// Whether what was said of it at the whole budget is right.
     pub diagnosed: bool,
+    /// What helped the diagnosis.
+    pub help: Help,
+    /// Whether it was kept aside while the checks were written.
+    pub held_back: bool,
     /// What was said of it.
     pub diagnosis: String,
 }
@@ -81,8 +86,19 @@ pub struct Outcome {
 impl Outcome {
     /// Whether it was caught with every seed.
     pub fn is_caught(&self) -> bool {
-        self.caught == self.of
+        self.of > 0 && self.caught == self.of
     }
+}
+
+/// What a right diagnosis owes to others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Help {
+    /// Nothing.
+    None,
+    /// The author named densities that the mistake may lead to, the right one among them.
+    Rivals,
+    /// There is no diagnosis beside the name of the check or its part, which says it.
+    CheckName,
 }
 
 /// How many were caught and diagnosed.
@@ -94,6 +110,8 @@ pub struct Score {
     pub caught: usize,
     /// Those whose diagnosis is right.
     pub diagnosed: usize,
+    /// Those of them that had no help.
+    pub unaided: usize,
 }
 
 impl Score {
@@ -103,6 +121,7 @@ impl Score {
             faults: score.faults + 1,
             caught: score.caught + usize::from(outcome.is_caught()),
             diagnosed: score.diagnosed + usize::from(outcome.diagnosed),
+            unaided: score.unaided + usize::from(outcome.diagnosed && outcome.help == Help::None),
         })
     }
 }
@@ -126,7 +145,7 @@ pub fn examine(fault: &Fault, plan: &Plan) -> Outcome {
         .collect();
     let diagnosis = whole.examinations[0].diagnosis.as_ref();
     let diagnosed = match diagnosis {
-        Some(diagnosis) => fault.diagnoses.iter().any(|name| says(diagnosis, name)),
+        Some(diagnosis) => fault.diagnoses.iter().any(|name| diagnosis.is(name)),
         None => failed().any(|f| fault.diagnoses.iter().any(|name| f.check == *name || f.part == *name)),
     };
     Outcome {
@@ -135,20 +154,18 @@ pub fn examine(fault: &Fault, plan: &Plan) -> Outcome {
         caught_by,
         caught: needed.iter().flatten().count() as u64,
         of: needed.len() as u64,
-        samples: median(needed),
+        samples: if specimen.counts_samples() { median(needed) } else { None },
         diagnosed,
+        help: match diagnosis {
+            None => Help::CheckName,
+            Some(_) if specimen.has_rivals() => Help::Rivals,
+            Some(_) => Help::None,
+        },
+        held_back: fault.held_back,
         diagnosis: match diagnosis {
             Some(diagnosis) => diagnosis.text.clone(),
             None => failed().next().map_or(String::new(), |f| format!("{}: {}", f.check, f.detail)),
         },
-    }
-}
-
-/// A name, or how it begins if it ends in a star.
-fn says(diagnosis: &Diagnosis, name: &str) -> bool {
-    match name.strip_suffix('*') {
-        Some(start) => diagnosis.explains && diagnosis.name.starts_with(start),
-        None => diagnosis.is(name),
     }
 }
 
@@ -158,7 +175,8 @@ fn median(mut needed: Vec<Option<u64>>) -> Option<u64> {
     needed.get(needed.len().saturating_sub(1) / 2).copied().flatten()
 }
 
-/// With how many seeds a correct twin does not pass at the whole budget, and of how many; the first report of those.
+/// With how many seeds a correct twin does not pass at the whole budget, and of how many; the first report of those. The seeds and settings are those of the
+/// faults, but for the smaller numbers of samples that these are tried with first.
 pub fn examine_twin(twin: &Twin, plan: &Plan) -> (u64, u64, Option<Report>) {
     let specimen = twin.make();
     let (mut rejected, mut of, mut first) = (0, 0, None);

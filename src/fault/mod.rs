@@ -1,4 +1,4 @@
-//! Broken samplers: each is a working sampler with one mistake that has been made in public.
+//! Broken samplers: each is a working sampler with one mistake, most of them seen in public.
 //!
 //! A check is worth what it catches. [`all`] lists the faults with their correct twins, [`examine`] runs the battery on one of them: it is the battery's
 //! own mutation test. `warpcheck faults` prints the table.
@@ -14,7 +14,7 @@ mod solid_angle;
 mod specimen;
 mod triangle;
 
-pub use examination::{Outcome, Plan, Score, examine, examine_twin};
+pub use examination::{Help, Outcome, Plan, Score, examine, examine_twin};
 pub use specimen::{Boxed, Specimen, Trial};
 
 /// A correct specimen.
@@ -43,7 +43,7 @@ pub struct Fault {
     pub name: &'static str,
     /// What is wrong.
     pub wrong: &'static str,
-    /// Where it, or one of its kind, was made in public.
+    /// Where it, or one of its kind, was seen in public, or what it imitates.
     pub seen: &'static str,
     /// The check that should catch it, one of those named.
     pub caught_by: &'static [&'static str],

@@ -3,9 +3,7 @@
 
 use crate::domain::{Discrete, Domain, Hemisphere, Interval, MeshSurface, Sphere, Square, Triangle};
 use crate::sampler::Sampler;
-use crate::verify::{
-    Estimator, Examination, Settings, Values, estimator, film, metamorphic, streams, verify,
-};
+use crate::verify::{Estimator, Examination, Settings, Values, film, metamorphic, streams, verify};
 
 /// A sampler of a domain, whatever its type.
 pub type Boxed<D> = Box<dyn Sampler<Domain = D> + Send>;
@@ -102,17 +100,6 @@ pub enum Specimen {
     Estimator(fn() -> Estimator<'static>),
 }
 
-/// How an estimator is put into a [`Specimen`].
-pub(super) fn estimating<X: crate::sampler::Variates>(
-    estimate: fn(X) -> f64,
-    truth: f64,
-) -> Estimator<'static>
-where
-    X: 'static,
-{
-    estimator(estimate, truth)
-}
-
 macro_rules! samplers {
     ($($kind:ident $domain:ty),+) => {
         $(impl From<Trial<$domain>> for Specimen {
@@ -155,6 +142,20 @@ impl Specimen {
                 .examine(),
             Self::Film(mean) => film(mean).name(name).examine(),
             Self::Estimator(make) => make().name(name).settings(settings.clone()).examine(),
+        }
+    }
+
+    /// Whether its number of samples is that of the settings.
+    pub fn counts_samples(&self) -> bool {
+        !matches!(self, Self::Film(_) | Self::Streams(_) | Self::Weights(_) | Self::Maps(_))
+    }
+
+    /// Whether its author names densities that a mistake may lead to.
+    pub fn has_rivals(&self) -> bool {
+        match self {
+            Self::Hemisphere(trial) => !trial.rivals.is_empty(),
+            Self::Sphere(trial) => !trial.rivals.is_empty(),
+            _ => false,
         }
     }
 

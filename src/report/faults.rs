@@ -1,7 +1,8 @@
 //! What the battery says of the fault collection: a table for people, JSON for programs.
 
 use super::table::Style;
-use crate::fault::{Outcome, Score};
+use crate::fault::{Help, Outcome, Score};
+use crate::verify::Verdict;
 use std::fmt::Write;
 
 /// How often correct twins did not pass.
@@ -19,13 +20,15 @@ pub struct Twins {
 pub fn fault_table(outcomes: &[Outcome], twins: &Twins, style: Style) -> String {
     let mut text = String::new();
     let width = outcomes.iter().map(|o| o.name.len()).max().unwrap_or(5).max(5);
-    let checks = |o: &Outcome| match o.caught_by.as_slice() {
-        [] => "-".to_owned(),
-        [one] => one.clone(),
-        [first, rest @ ..] => {
-            // The one that was to catch it first.
-            format!("{first} and {} more", rest.len())
-        }
+    let checks = |o: &Outcome| {
+        let more = if o.caught_by.len() > 1 {
+            format!(" and {} more", o.caught_by.len() - 1)
+        } else {
+            String::new()
+        };
+        let first = o.caught_by.first().map_or("-", String::as_str);
+        // By none that was to catch it.
+        format!("{first}{more}{}", if o.as_expected || o.caught == 0 { "" } else { " (!)" })
     };
     let by = outcomes.iter().map(|o| checks(o).len()).max().unwrap_or(9).max(9);
     let _ = writeln!(
@@ -36,15 +39,21 @@ pub fn fault_table(outcomes: &[Outcome], twins: &Twins, style: Style) -> String 
     for o in outcomes {
         let samples = o.samples.map_or("-".to_owned(), count);
         let seeds = format!("{}/{}", o.caught, o.of);
-        let said = if o.diagnosed { "right" } else { "wrong" };
+        let said = match (o.diagnosed, o.help) {
+            (false, _) => "wrong",
+            (true, Help::None) => "right",
+            (true, Help::Rivals) => "right, by a density that its author named",
+            (true, Help::CheckName) => "right, by the name of the check",
+        };
         let line = format!("{:width$}  {:by$}  {samples:>8}  {seeds:>7}  {said}", o.name, checks(o));
         let good = o.is_caught() && o.diagnosed;
-        match style {
-            Style::Colour if !o.is_caught() => writeln!(text, "\x1b[31m{line}\x1b[0m"),
-            Style::Colour if !good => writeln!(text, "\x1b[33m{line}\x1b[0m"),
-            _ => writeln!(text, "{line}"),
-        }
-        .ok();
+        let verdict = match (o.is_caught(), good) {
+            (false, _) => Verdict::Fail,
+            (true, false) => Verdict::Inconclusive,
+            (true, true) => Verdict::Pass,
+        };
+        let line = if good { line } else { style.paint(&line, verdict) };
+        let _ = writeln!(text, "{line}");
         if !good {
             let _ = writeln!(text, "    {}", o.diagnosis);
         }
@@ -53,15 +62,23 @@ pub fn fault_table(outcomes: &[Outcome], twins: &Twins, style: Style) -> String 
     let percent = 100.0 * score.diagnosed as f64 / score.faults.max(1) as f64;
     let _ = writeln!(
         text,
-        "caught {} of {}, diagnosed {} of {} ({percent:.0}%); {} correct twins did not pass in {} of {} runs",
+        "caught {} of {}; diagnosed {} ({percent:.0}%), {} of them without help; correct twins: {} of {} runs passed",
         score.caught,
         score.faults,
         score.diagnosed,
-        score.faults,
-        twins.twins,
-        twins.rejected.iter().map(|(_, times)| times).sum::<u64>(),
+        score.unaided,
+        twins.runs - twins.rejected.iter().map(|(_, times)| times).sum::<u64>(),
         twins.runs
     );
+    let held: Vec<&Outcome> = outcomes.iter().filter(|o| o.held_back).collect();
+    if !held.is_empty() {
+        let score = Score::of(held.iter().copied());
+        let _ = writeln!(
+            text,
+            "of the {} held back: caught {}, diagnosed {}",
+            score.faults, score.caught, score.diagnosed
+        );
+    }
     for (name, times) in &twins.rejected {
         let _ = writeln!(text, "    {name}: {times} times");
     }
@@ -91,6 +108,8 @@ pub fn faults_to_json(outcomes: &[Outcome], twins: &Twins, plan: &crate::fault::
             "seeds": o.of,
             "samples_median": o.samples,
             "diagnosed": o.diagnosed,
+            "help": match o.help { Help::None => "none", Help::Rivals => "rivals", Help::CheckName => "name of the check" },
+            "held_back": o.held_back,
             "diagnosis": o.diagnosis,
         })
     });
@@ -102,7 +121,7 @@ pub fn faults_to_json(outcomes: &[Outcome], twins: &Twins, plan: &crate::fault::
         "seeds": plan.seeds,
         "alpha": plan.alpha,
         "faults": faults.collect::<Vec<_>>(),
-        "score": { "faults": score.faults, "caught": score.caught, "diagnosed": score.diagnosed },
+        "score": { "faults": score.faults, "caught": score.caught, "diagnosed": score.diagnosed, "unaided": score.unaided },
         "twins": { "twins": twins.twins, "runs": twins.runs, "rejected": rejected.collect::<Vec<_>>() },
     })
 }

@@ -15,7 +15,7 @@ use super::{Error, Frame, Sample, Sampler, checked};
 use crate::domain::Hemisphere;
 use crate::random::to_f32;
 use glam::{DVec3, Vec2, Vec3};
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::TAU;
 
 /// The least cosine with the mirror direction.
 const RIM: f32 = 5e-7;
@@ -64,14 +64,16 @@ impl PhongLobe {
     /// Density per solid angle; 0 under the surface and behind the lobe.
     #[inline]
     pub fn density(&self, w: Vec3) -> f32 {
-        let drop = 0.5 * (w - self.frame.normal).length_squared();
+        // In f64 up to the end: near the rim the power magnifies a rounding by the exponent times the logarithm, 87 at most.
+        let (w, normal) = (w.as_dvec3(), self.frame.normal.as_dvec3());
+        let drop = 0.5 * (w - normal).length_squared();
         // The chord has the digits near the mirror direction, the dot product has them near the rim, if its terms don't round.
-        let cosine = || w.as_dvec3().dot(self.frame.normal.as_dvec3()).max(0.0) as f32;
-        let log_cosine = if drop < 0.5 { (-drop).ln_1p() } else { cosine().ln() };
-        if w.z <= 0.0 || log_cosine == f32::NEG_INFINITY {
+        let log_cosine = if drop < 0.5 { (-drop).ln_1p() } else { w.dot(normal).max(0.0).ln() };
+        if w.z <= 0.0 || log_cosine == f64::NEG_INFINITY {
             return 0.0;
         }
-        (self.exponent + 1.0) * 0.5 * FRAC_1_PI * (self.exponent * log_cosine).exp()
+        let exponent = f64::from(self.exponent);
+        ((exponent + 1.0) / std::f64::consts::TAU * (exponent * log_cosine).exp()) as f32
     }
 }
 

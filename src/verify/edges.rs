@@ -60,18 +60,9 @@ impl Check for Edges {
     }
 
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {
-        let (probe, dimensions, values) = (case.probe, case.probe.dimensions(), values());
+        let (probe, dimensions) = (case.probe, case.probe.dimensions());
         let mut tried = Tried::default();
-        // All combinations up to four variates; beyond that each value along each variate, the others at a quarter.
-        let result = if dimensions <= 4 {
-            combinations(&values, dimensions).try_for_each(|xi| tried.at(probe, &xi))
-        } else {
-            (0..dimensions * values.len()).try_for_each(|i| {
-                let mut xi = vec![0.25; dimensions];
-                xi[i / values.len()] = values[i % values.len()];
-                tried.at(probe, &xi)
-            })
-        };
+        let result = places(dimensions).try_for_each(|xi| tried.at(probe, &xi));
         let result = result.and_then(|()| knots(probe, &mut tried));
         let Tried { count, rejected } = tried;
         vec![match result {
@@ -103,14 +94,24 @@ fn knots(probe: &dyn Probe, tried: &mut Tried) -> Result<(), String> {
     Ok(())
 }
 
-pub(super) fn combinations(values: &[f64], dimensions: usize) -> impl Iterator<Item = Vec<f64>> {
-    (0..values.len().pow(dimensions as u32)).map(move |mut code| {
+/// All combinations up to four variates; beyond that each value along each variate, the others at a quarter.
+pub(super) fn places(dimensions: usize) -> impl Iterator<Item = Vec<f64>> {
+    let values = values();
+    let all = dimensions <= 4;
+    let count = if all { values.len().pow(dimensions as u32) } else { values.len() * dimensions };
+    (0..count).map(move |mut code| {
         let mut digit = || {
             let value = values[code % values.len()];
             code /= values.len();
             value
         };
-        (0..dimensions).map(|_| digit()).collect()
+        if all {
+            return (0..dimensions).map(|_| digit()).collect();
+        }
+        let mut xi = vec![0.25; dimensions];
+        let value = digit();
+        xi[code] = value;
+        xi
     })
 }
 

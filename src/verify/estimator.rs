@@ -12,7 +12,7 @@ use super::{Diagnosis, diagnosis};
 use crate::domain::Interval;
 use crate::random::{fill_unit, stream};
 use crate::sampler::Variates;
-use crate::statistics::{Moments, Trust};
+use crate::statistics::{Moments, Trust, normal};
 use std::time::Instant;
 
 /// Samples a shard.
@@ -122,7 +122,7 @@ impl Estimator<'_> {
 
     /// Values at the ends of the variates.
     fn ends(&self) -> Finding {
-        let bad = edges::combinations(&edges::values(), self.dimensions)
+        let bad = edges::places(self.dimensions)
             .find_map(|xi| Some((self.estimate)(&xi)).filter(|x| !x.is_finite()).map(|value| (xi, value)));
         match bad {
             Some((xi, value)) => {
@@ -148,10 +148,13 @@ impl Estimator<'_> {
             trust if trust.is_trusted() => Evidence::Chance { p, conservative: p },
             _ => Evidence::Unanswered,
         };
-        let sees = format!("a mean that is {:.2}% off", 100.0 * (6.5 * error / truth.abs() + ROUNDING));
+        // What is seen with probability 0.99 (2.33 standard errors) beyond what alpha asks for.
+        let z = 2.33 + normal::isf(0.5 * self.settings.own_alpha()).unwrap_or(f64::NAN);
+        let sees = format!("a mean that is {:.1e} off", z * error + ROUNDING * truth.abs());
         let finding = Finding::new("mean", evidence, detail).sees(sees);
         let suspicious = p < self.settings.alpha && evidence != Evidence::Unanswered;
         let tolerance = ROUNDING + SURE * error / truth.abs();
-        (finding, if suspicious { diagnosis::of_mean(mean / truth, tolerance) } else { None })
+        let named = suspicious && truth != 0.0;
+        (finding, if named { diagnosis::of_mean(mean / truth, tolerance) } else { None })
     }
 }

@@ -53,14 +53,12 @@ pub(super) fn nothing(case: &Case<'_>) -> Option<Mistake> {
 /// The density is no number over a part of the domain.
 pub(super) fn not_finite(case: &Case<'_>) -> Option<Mistake> {
     let (location, value) = case.expectation.total.bad?;
-    if value.is_finite() && case.tally.invalid.count == 0 {
-        return None;
-    }
     let first = case.tally.invalid.first.as_ref().map_or(String::new(), |offence| {
         format!(", and at {} of {} samples ({})", case.tally.invalid.count, case.tally.samples, offence.what)
     });
     let place = case.probe.describe(location.patch, location.at);
-    Some(("density not finite", format!("the density is {value} at {place}{first}")))
+    let name = if value < 0.0 { "density negative" } else { "density not finite" };
+    Some((name, format!("the density is {value} at {place}{first}")))
 }
 
 /// What is left over of a variate leaves [0, 1), or does not fill it.

@@ -27,6 +27,8 @@ const LEFT: f64 = 0.05;
 const ALIKE: f64 = 9.0;
 /// Relative error that a constant may have and still be named.
 const NEAR: f64 = 3e-5;
+/// Relative error of a mean under which it may be called a fraction.
+const FRACTION: f64 = 2e-3;
 /// Other hypotheses that are listed.
 const OTHERS: usize = 3;
 
@@ -100,9 +102,10 @@ pub(super) fn of_mean(ratio: f64, tolerance: f64) -> Option<Diagnosis> {
     if !(tolerance < 0.05) {
         return None;
     }
-    // Of counts: 4 lights of 5.
+    // Of counts: 4 lights of 5, if so much can be told.
     let near = |(a, b): &(u32, u32)| (ratio * f64::from(*b) / f64::from(*a) - 1.0).abs() < tolerance;
-    let fraction = (2..=12).flat_map(|b| (1..=12).filter(move |&a| a != b).map(move |a| (a, b))).find(near);
+    let fractions = (2..=12).flat_map(|b| (1..=12).filter(move |&a| a != b).map(move |a| (a, b)));
+    let fraction = fractions.filter(|_| tolerance < FRACTION).find(near);
     let known = hypotheses::constant(ratio, tolerance, 1);
     let (name, text) = match known.or_else(|| fraction.map(|(a, b)| format!("{a} / {b}"))) {
         Some(known) => {
