@@ -22,8 +22,8 @@ fn table(
             sum
         })
         .collect();
-    if !(sum > 0.0) {
-        return Err("all weights are 0".to_owned());
+    if !(weights.iter().all(|&w| w >= 0.0) && sum > 0.0 && sum.is_finite()) {
+        return Err("a weight is negative or no number, or all of them are 0".to_owned());
     }
     let (total, end): (f64, f64) = (weights.iter().sum(), sum);
     let mass: Vec<f64> = weights.iter().map(|w| w / total).collect();

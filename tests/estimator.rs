@@ -214,6 +214,7 @@ fn strategies_agree_on_plates() {
 }
 
 #[test]
+#[ignore = "long: many samples"]
 fn strategies_agree_in_a_box_and_a_wrong_one_does_not() {
     let (scene, lights) = smaller("cornell", &[]);
     let strategies = [(UNIFORM, 256), (BRDF, 256), (LIGHT, 96), (mis(0.5), 96)];
@@ -254,6 +255,7 @@ fn strategies_agree_under_the_sky() {
 
 /// A lamp, a sky, something in front of both, and a floor that is partly glossy.
 #[test]
+#[ignore = "long: many samples"]
 fn strategies_agree_under_lamp_and_sky() {
     let sky = format!("[environment]\nfile = {:?}\n", data("env/potsdamer_platz_512.hdr"));
     let scene = Made::new("mtl", Vec3::new(0.0, 3.0, 6.0), Vec3::ZERO, 40.0, 64, &sky)

@@ -27,6 +27,9 @@ fn right_builders_keep_to_all() {
     // A plain table in f64, as most people write it.
     let plain = |w: &[f64]| -> Result<_, String> {
         let total: f64 = w.iter().sum();
+        if !(w.iter().all(|&w| w >= 0.0) && total > 0.0 && total.is_finite()) {
+            return Err(format!("the sum of the weights is {total}, or one is negative"));
+        }
         let (cdf, mass) = (running(w, 1.0 / total), w.iter().map(|w| w / total).collect::<Vec<_>>());
         Ok(table(move |xi| cdf.partition_point(|&c| c <= xi), mass))
     };

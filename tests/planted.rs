@@ -58,6 +58,7 @@ fn crowded(place: u64) -> impl Sampler<Domain = Square> {
 }
 
 #[test]
+#[ignore = "long: a dozen runs or more"]
 fn a_crowd_in_a_rare_place() {
     assert_eq!(caught(8, 1_000_000, crowded), 8);
     assert_eq!(caught(40, 50_000, crowded), 40);
@@ -72,6 +73,7 @@ fn forty_of_forty() {
 
 /// "Would have caught, with probability 0.99": planted exactly so.
 #[test]
+#[ignore = "long: a dozen runs or more"]
 fn power_is_as_stated() {
     stated(12);
 }

@@ -126,7 +126,8 @@ impl Alias {
         let mut cells = vec![(0.0, 0); weights.len()];
         let (mut light, mut heavy): (Vec<usize>, Vec<usize>) =
             (0..weights.len()).partition(|&i| left[i] < 1.0);
-        while let (Some(&donor), Some(entry)) = (heavy.last(), light.pop()) {
+        while let (Some(&donor), Some(&entry)) = (heavy.last(), light.last()) {
+            light.pop();
             cells[entry] = (left[entry], donor);
             left[donor] -= 1.0 - left[entry];
             let done = if returns { left[donor] < 1.0 } else { left[donor] < 0.0 };

@@ -31,8 +31,11 @@ fn map(rows: RowWarp) -> Environment {
 
 /// Every third column is black.
 fn barred() -> Environment {
-    let bars =
-        colours().iter().enumerate().map(|(i, &c)| if i % WIDTH % 3 == 0 { [0.0; 3] } else { c }).collect();
+    let bars = colours()
+        .iter()
+        .enumerate()
+        .map(|(i, &c)| if (i % WIDTH).is_multiple_of(3) { [0.0; 3] } else { c })
+        .collect();
     Environment::new(WIDTH, HEIGHT, bars, RowWarp::UniformV).expect("a map that can be sampled")
 }
 

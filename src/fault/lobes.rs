@@ -244,7 +244,7 @@ pub(super) fn faults() -> Vec<Fault> {
             },
         )
         .seen("gkjohnson/three-gpu-pathtracer #847 (a ratio of 0.93)")
-        .caught(&["chi-square"], &["share of cosine-weighted", "share of uniform"]),
+        .caught(&["chi-square", "distribution", "scan"], &["share of cosine-weighted", "share of uniform"]),
         Fault::new(
             "lobes/choice-depends-on-the-sample",
             "Fresnel's term of the sampled direction decides which lobe it was",

@@ -153,7 +153,7 @@ impl Estimator<'_> {
         let sees = format!("a mean that is {:.1e} off", z * error + ROUNDING * truth.abs());
         let finding = Finding::new("mean", evidence, detail).sees(sees);
         let suspicious = p < self.settings.alpha && evidence != Evidence::Unanswered;
-        let tolerance = ROUNDING + SURE * error / truth.abs();
+        let tolerance = ROUNDING + SURE * error / mean.abs();
         let named = suspicious && truth != 0.0;
         (finding, if named { diagnosis::of_mean(mean / truth, tolerance) } else { None })
     }
