@@ -7,6 +7,7 @@ use super::edges;
 use super::examination::{Against, Examination};
 use super::finding::{Evidence, Finding, Verdict};
 use super::report::Report;
+use super::setters::setters;
 use super::settings::Settings;
 use super::{Diagnosis, diagnosis};
 use crate::domain::Interval;
@@ -54,27 +55,11 @@ pub struct Estimator<'a> {
 }
 
 impl Estimator<'_> {
-    /// What the report calls it.
-    pub fn name(mut self, name: impl Into<String>) -> Self {
-        self.name = name.into();
-        self
-    }
-
-    /// How many samples to draw; 1e6 unless told.
-    ///
-    /// # Panics
-    /// If it is 0.
-    #[track_caller]
-    pub fn samples(mut self, samples: u64) -> Self {
-        assert!(samples > 0, "there must be at least 1 sample");
-        self.settings.samples = samples;
-        self
-    }
-
-    /// All settings at once, in place of any that were made before.
-    pub fn settings(mut self, settings: Settings) -> Self {
-        self.settings = settings;
-        self
+    setters! {
+        name: "What the report calls it.";
+        samples: "How many samples to draw; 1e6 unless told.";
+        settings;
+        run: "Draws, and judges the mean.";
     }
 
     /// Draws without judging, so that several estimators can be judged in one [`Report`].
@@ -95,12 +80,6 @@ impl Estimator<'_> {
                 Against::Relations,
             )
         }
-    }
-
-    /// Draws, and judges the mean.
-    pub fn run(self) -> Report {
-        let settings = self.settings.clone();
-        Report::new(vec![self.examine()], &settings)
     }
 
     fn draw(&self) -> Moments {

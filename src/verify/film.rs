@@ -14,6 +14,7 @@
 use super::examination::{Against, Examination};
 use super::finding::{Finding, Verdict};
 use super::report::Report;
+use super::setters::setters;
 use super::settings::Settings;
 use crate::domain::Interval;
 use std::time::Instant;
@@ -110,10 +111,8 @@ fn questions() -> [Question; 5] {
 }
 
 impl Film<'_> {
-    /// What the report calls it.
-    pub fn name(mut self, name: impl Into<String>) -> Self {
-        self.name = name.into();
-        self
+    setters! {
+        name: "What the report calls it.";
     }
 
     /// Asks without judging, so that several films can be judged in one [`Report`].

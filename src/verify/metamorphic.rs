@@ -23,6 +23,7 @@ use super::examination::{Against, Examination};
 use super::expectation::LEAST;
 use super::finding::{Evidence, Finding, Verdict};
 use super::report::Report;
+use super::setters::setters;
 use super::settings::Settings;
 use crate::domain::{Discrete, Domain, Location, Space, Sphere};
 use crate::random::{ONE_MINUS_EPSILON_F32, ONE_MINUS_EPSILON_F64, fill_unit, stream};
@@ -223,6 +224,15 @@ pub struct Relations<'a> {
 }
 
 impl<'a> Relations<'a> {
+    setters! {
+        name: "What the report calls the table.";
+        samples: "How many samples to draw from each table that is built; 65,536 unless told.";
+        seed: "The seed; 1 unless told.";
+        alpha: "The probability that a right builder fails, at most; 1e-3 unless told.";
+        settings;
+        run: "Asks, and judges the answers.";
+    }
+
     fn new(
         name: &str,
         list: bool,
@@ -232,49 +242,9 @@ impl<'a> Relations<'a> {
         Self { build: Box::new(build), list, name: name.to_owned(), settings }
     }
 
-    /// What the report calls the table.
-    pub fn name(mut self, name: impl Into<String>) -> Self {
-        self.name = name.into();
-        self
-    }
-
-    /// How many samples to draw from each table that is built; 65,536 unless told.
-    ///
-    /// # Panics
-    /// If it is 0.
-    #[track_caller]
-    pub fn samples(mut self, samples: u64) -> Self {
-        assert!(samples > 0, "there must be at least 1 sample");
-        self.settings.samples = samples;
-        self
-    }
-
-    /// The seed; 1 unless told.
-    pub fn seed(mut self, seed: u64) -> Self {
-        self.settings.seed = seed;
-        self
-    }
-
-    /// The probability that a right builder fails, at most; 1e-3 unless told.
-    ///
-    /// # Panics
-    /// Unless it lies between 0 and 1.
-    #[track_caller]
-    pub fn alpha(mut self, alpha: f64) -> Self {
-        assert!(alpha > 0.0 && alpha < 1.0, "alpha is {alpha}; it must lie between 0 and 1");
-        self.settings.alpha = alpha;
-        self
-    }
-
     /// Leaves a relation out, by its name: "refusal" for a builder that has a use for negative weights.
     pub fn without(mut self, relation: &str) -> Self {
         self.settings.without.push(relation.to_owned());
-        self
-    }
-
-    /// All settings at once, in place of any that were made before.
-    pub fn settings(mut self, settings: Settings) -> Self {
-        self.settings = settings;
         self
     }
 
@@ -290,12 +260,6 @@ impl<'a> Relations<'a> {
             time: start.elapsed(),
             ..Examination::bare(self.name.clone(), domain, asking.drawn.get(), Against::Relations)
         }
-    }
-
-    /// Asks, and judges the answers.
-    pub fn run(self) -> Report {
-        let settings = self.settings.clone();
-        Report::new(vec![self.examine()], &settings)
     }
 }
 

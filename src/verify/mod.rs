@@ -49,6 +49,7 @@ mod report;
 mod round_trip;
 mod scan;
 mod sequential;
+mod setters;
 mod settings;
 mod streams;
 mod support;

@@ -4,6 +4,7 @@ use super::examination::{Against, Examination, examine};
 use super::finding::{Finding, Verdict};
 use super::probe::{Extras, Importance, Known, Subject};
 use super::report::Report;
+use super::setters::setters;
 use crate::domain::Space;
 use crate::sampler::{PointOf, Sampler};
 use std::sync::Arc;
@@ -89,46 +90,21 @@ pub struct Verify<'a, S: Sampler> {
 }
 
 impl<'a, S: Sampler> Verify<'a, S> {
+    setters! {
+        name: "What the report calls the sampler.";
+        samples: "How many samples to draw; 1e6 unless told.";
+        seed: "The seed; 1 unless told.";
+        alpha: "The probability that a right sampler fails, at most; 1e-3 unless told.";
+        settings;
+        run: "Runs the checks and judges them.";
+    }
+
     pub(super) fn new(sampler: &'a S) -> Self {
         let full = std::any::type_name::<S>();
         // "warpcheck::sampler::phong::PhongLobe" -> "PhongLobe"
         let head = full.split('<').next().unwrap_or(full);
         let name = head.rsplit("::").next().unwrap_or(full).to_owned();
         Self { sampler, extras: Extras::default(), name, settings: Settings::default() }
-    }
-
-    /// What the report calls the sampler.
-    pub fn name(mut self, name: impl Into<String>) -> Self {
-        self.name = name.into();
-        self
-    }
-
-    /// How many samples to draw; 1e6 unless told.
-    ///
-    /// # Panics
-    /// If it is 0.
-    #[track_caller]
-    pub fn samples(mut self, samples: u64) -> Self {
-        assert!(samples > 0, "there must be at least 1 sample");
-        self.settings.samples = samples;
-        self
-    }
-
-    /// The seed; 1 unless told.
-    pub fn seed(mut self, seed: u64) -> Self {
-        self.settings.seed = seed;
-        self
-    }
-
-    /// The probability that a right sampler fails, at most; 1e-3 unless told.
-    ///
-    /// # Panics
-    /// Unless it lies between 0 and 1.
-    #[track_caller]
-    pub fn alpha(mut self, alpha: f64) -> Self {
-        assert!(alpha > 0.0 && alpha < 1.0, "alpha is {alpha}; it must lie between 0 and 1");
-        self.settings.alpha = alpha;
-        self
     }
 
     /// How many other samplers the same suite verifies; alpha is shared among all.
@@ -248,24 +224,12 @@ impl<'a, S: Sampler> Verify<'a, S> {
         self
     }
 
-    /// All settings at once, in place of any that were made before.
-    pub fn settings(mut self, settings: Settings) -> Self {
-        self.settings = settings;
-        self
-    }
-
     /// Runs the checks without judging them, so that several samplers can be judged in one [`Report`].
     pub fn examine(self) -> Examination {
         if !self.sampler.has_density() {
             return without_density(self.name, &self.sampler.domain());
         }
         examine(&Subject::new(self.sampler, &self.extras), self.name, &self.settings)
-    }
-
-    /// Runs the checks and judges them.
-    pub fn run(self) -> Report {
-        let settings = self.settings.clone();
-        Report::new(vec![self.examine()], &settings)
     }
 }
 

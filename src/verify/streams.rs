@@ -12,6 +12,7 @@ use super::expectation::LEAST;
 use super::finding::{Evidence, Finding, Verdict};
 use super::points::{PointsError, locate};
 use super::report::Report;
+use super::setters::setters;
 use super::settings::Settings;
 use crate::domain::{Domain, Knots, Location, Partition, Space};
 use crate::sampler::ToPoint;
@@ -90,21 +91,10 @@ pub struct Streams {
 }
 
 impl Streams {
-    /// What the report calls them.
-    pub fn name(mut self, name: impl Into<String>) -> Self {
-        self.name = name.into();
-        self
-    }
-
-    /// The probability that independent streams fail, at most; 1e-3 unless told.
-    ///
-    /// # Panics
-    /// Unless it lies between 0 and 1.
-    #[track_caller]
-    pub fn alpha(mut self, alpha: f64) -> Self {
-        assert!(alpha > 0.0 && alpha < 1.0, "alpha is {alpha}; it must lie between 0 and 1");
-        self.settings.alpha = alpha;
-        self
+    setters! {
+        name: "What the report calls them.";
+        alpha: "The probability that independent streams fail, at most; 1e-3 unless told.";
+        run: "Makes the tests and judges them.";
     }
 
     /// Makes the tests without judging them, so that they can be judged with others in one [`Report`].
@@ -120,12 +110,6 @@ impl Streams {
         }
         examination.time = start.elapsed();
         examination
-    }
-
-    /// Makes the tests and judges them.
-    pub fn run(self) -> Report {
-        let settings = self.settings.clone();
-        Report::new(vec![self.examine()], &settings)
     }
 
     fn tables(&self) -> Vec<Finding> {

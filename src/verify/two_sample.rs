@@ -16,6 +16,7 @@ use super::finding::{Evidence, Finding, Verdict};
 use super::map::{self, CellFigure};
 use super::points::{Samples, same};
 use super::report::Report;
+use super::setters::setters;
 use super::settings::Settings;
 use super::tally::SHARD;
 use crate::domain::{Cell, Domain, Knots, Location, Partition, Space};
@@ -179,44 +180,20 @@ macro_rules! common_setters {
             self
         }
 
-        /// The probability that two of one distribution fail, at most; 1e-3 unless told.
-        ///
-        /// # Panics
-        /// Unless it lies between 0 and 1.
-        #[track_caller]
-        pub fn alpha(mut self, alpha: f64) -> Self {
-            assert!(alpha > 0.0 && alpha < 1.0, "alpha is {alpha}; it must lie between 0 and 1");
-            self.settings.alpha = alpha;
-            self
-        }
-
-        /// Makes the tests and judges them.
-        pub fn run(self) -> Report {
-            let settings = self.settings.clone();
-            Report::new(vec![self.examine()], &settings)
+        setters! {
+            alpha: "The probability that two of one distribution fail, at most; 1e-3 unless told.";
+            run: "Makes the tests and judges them.";
         }
     };
 }
 
 impl Compare<'_> {
+    setters! {
+        samples: "How many samples to draw from each; 1e6 unless told.";
+        seed: "The seed; 1 unless told. The two samplers never share a variate, whatever the seed.";
+    }
+
     common_setters!();
-
-    /// How many samples to draw from each; 1e6 unless told.
-    ///
-    /// # Panics
-    /// If it is 0.
-    #[track_caller]
-    pub fn samples(mut self, samples: u64) -> Self {
-        assert!(samples > 0, "there must be at least 1 sample");
-        self.settings.samples = samples;
-        self
-    }
-
-    /// The seed; 1 unless told. The two samplers never share a variate, whatever the seed.
-    pub fn seed(mut self, seed: u64) -> Self {
-        self.settings.seed = seed;
-        self
-    }
 
     /// Makes the tests without judging them, so that several comparisons can be judged in one [`Report`].
     pub fn examine(self) -> Examination {
