@@ -128,7 +128,7 @@ fn wrong_warps_fail() {
 }
 
 fn outcome(kind: Kind, tolerance: (f64, Unit), ask: fn(&mut Trial)) -> Outcome {
-    Row::new(Component::Discrete, kind, "an input", "be right", tolerance, ask).run()
+    Component::Discrete.row(kind, "an input", "be right", tolerance, ask).run()
 }
 
 #[test]
@@ -164,18 +164,11 @@ fn judging_is_strict() {
 #[test]
 fn a_panic_is_a_failed_row() {
     let row = || {
-        Row::new(
-            Component::Lobes,
-            Kind::Limit,
-            "a trap",
-            "survive",
-            (0.0, Unit::Absolute),
-            |trial: &mut Trial| {
-                trial.must(true, String::new);
-                let table = DiscreteCdf::new(&[1.0]).unwrap();
-                let _ = table.variate(7, 0.5);
-            },
-        )
+        Component::Lobes.row(Kind::Limit, "a trap", "survive", (0.0, Unit::Absolute), |trial: &mut Trial| {
+            trial.must(true, String::new);
+            let table = DiscreteCdf::new(&[1.0]).unwrap();
+            let _ = table.variate(7, 0.5);
+        })
     };
     let done = stress::run([row(), row()], |_| true);
     assert!(done[1].1.wrong[0].starts_with("panicked: index out of bounds"), "{:?}", done[1].1);

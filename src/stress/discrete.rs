@@ -6,6 +6,8 @@ use crate::random::ONE_MINUS_EPSILON_F64;
 use crate::sampler::{DiscreteCdf, Error, Sampler};
 use crate::statistics::CompensatedSum;
 
+const HERE: Component = Component::Discrete;
+
 /// A step of a variate of 53 bits.
 const STEP: f64 = 1.0 / 9_007_199_254_740_992.0;
 
@@ -51,7 +53,7 @@ where
             }
         };
         let tolerance = (allowed(entries, largest), Unit::Absolute);
-        Row::new(Component::Discrete, Kind::Value, input, "w / sum w; no entry of weight 0", tolerance, ask)
+        HERE.row(Kind::Value, input, "w / sum w; no entry of weight 0", tolerance, ask)
     };
     vec![
         row("N = 1", 1.0, 1.0, || vec![0.3]),
@@ -123,7 +125,7 @@ fn table(trial: &mut Trial, weights: &[f64], sampler: &impl Sampler<Domain = Dis
 fn refusals() -> Vec<Row> {
     let row = |input: &str, should: &str, weights: Vec<f64>, is_right: fn(&Error) -> bool| {
         let ask = move |trial: &mut Trial| trial.refused(DiscreteCdf::new(&weights), is_right);
-        Row::new(Component::Discrete, Kind::Refusal, input, should, (0.0, Unit::Absolute), ask)
+        HERE.row(Kind::Refusal, input, should, (0.0, Unit::Absolute), ask)
     };
     let at_2 = |x: f64| vec![1.0, 0.0, x, 1.0, x];
     vec![

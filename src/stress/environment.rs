@@ -6,6 +6,8 @@ use crate::sampler::{DiscreteCdf, Environment, Error, RowWarp, luminance};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
+const HERE: Component = Component::Environment;
+
 const WARPS: [RowWarp; 2] = [RowWarp::UniformV, RowWarp::UniformCosTheta];
 
 pub(super) fn rows() -> Vec<Row> {
@@ -61,16 +63,6 @@ fn density(oracle: &EnvironmentOracle, rows: RowWarp, w: DVec3) -> f64 {
         RowWarp::UniformV => oracle.uniform_v(w),
         RowWarp::UniformCosTheta => oracle.uniform_cos_theta(w),
     }
-}
-
-fn row(
-    kind: Kind,
-    input: impl Into<String>,
-    should: &str,
-    tolerance: (f64, Unit),
-    ask: impl Fn(&mut Trial) + Send + Sync + 'static,
-) -> Row {
-    Row::new(Component::Environment, kind, input, should, tolerance, ask)
 }
 
 /// The two angles of a direction, from the nearer pole, without the cancellation of an arc cosine.
@@ -143,7 +135,7 @@ fn both(input: &str, allowed: f64, map: impl Fn() -> Map + Clone + Send + Sync +
     let row_of = |rows| {
         let map = map.clone();
         let ask = move |trial: &mut Trial| judge(trial, &map(), rows);
-        row(Kind::Value, format!("{input}, {}", name(rows)), should, (allowed, Unit::Relative), ask)
+        HERE.row(Kind::Value, format!("{input}, {}", name(rows)), should, (allowed, Unit::Relative), ask)
     };
     WARPS.map(row_of).into()
 }
@@ -177,7 +169,7 @@ fn maps() -> Vec<Row> {
                 }
             };
         let input = format!("one bright texel of 7x5, anywhere, {}", name(warp));
-        rows.push(row(Kind::Value, input, "only it is drawn", (fine, Unit::Relative), ask));
+        rows.push(HERE.row(Kind::Value, input, "only it is drawn", (fine, Unit::Relative), ask));
     }
     rows
 }
@@ -194,7 +186,13 @@ fn suns() -> Vec<Row> {
             };
             let input = format!("sun of {sun:e}, sky of 1, 512x256, {}", name(warp));
             // In the sun's row a texel of sky has few of the 2^53 steps.
-            rows.push(row(Kind::Value, input, "the sky stays reachable", (allowed, Unit::Relative), ask));
+            rows.push(HERE.row(
+                Kind::Value,
+                input,
+                "the sky stays reachable",
+                (allowed, Unit::Relative),
+                ask,
+            ));
         }
     }
     for exponent in [60, -60] {
@@ -215,7 +213,7 @@ fn suns() -> Vec<Row> {
                 }
             }
         };
-        rows.push(row(
+        rows.push(HERE.row(
             Kind::Value,
             format!("scaled by 2^{exponent}"),
             "the same bits",
@@ -298,15 +296,15 @@ fn borders() -> Vec<Row> {
         }
     };
     vec![
-        row(Kind::Value, "constant map, cos theta", "exactly 1/(4 pi)", (0.5, Unit::UlpF32), exactly),
-        row(
+        HERE.row(Kind::Value, "constant map, cos theta", "exactly 1/(4 pi)", (0.5, Unit::UlpF32), exactly),
+        HERE.row(
             Kind::Value,
             "poles, phi = +-pi, -0.0, |z| = 1 + 1e-7",
             "the texel there, and its density",
             (1.0, Unit::UlpF32),
             ask,
         ),
-        row(
+        HERE.row(
             Kind::Limit,
             "poles, v: density 1/sin theta",
             "finite: as at sin theta = 1e-12",
@@ -323,7 +321,7 @@ fn refusals() -> Vec<Row> {
             let map = Map::new(7, 5, |x, y| if (x, y) == (5, 3) { texel } else { [1.0; 3] });
             trial.refused(map.make(RowWarp::UniformV), is_right);
         };
-        row(Kind::Refusal, input, should, (0.0, Unit::Absolute), ask)
+        HERE.row(Kind::Refusal, input, should, (0.0, Unit::Absolute), ask)
     };
     let names = "names the texel and the channel";
     vec![
@@ -339,13 +337,19 @@ fn refusals() -> Vec<Row> {
         with("an infinite channel", names, [1.0, f32::INFINITY, 1.0], |e| {
             *e == Error::Texel { column: 5, row: 3, channel: 'G', value: f32::INFINITY }
         }),
-        row(Kind::Refusal, "all black", "says so", (0.0, Unit::Absolute), |trial| {
+        HERE.row(Kind::Refusal, "all black", "says so", (0.0, Unit::Absolute), |trial| {
             let black = Map::new(7, 5, |_, _| [0.0; 3]).make(RowWarp::UniformCosTheta);
             trial.refused(black, |e| *e == Error::Black { width: 7, height: 5 });
         }),
-        row(Kind::Refusal, "6 texels for usize::MAX x 2", "names both", (0.0, Unit::Absolute), |trial| {
-            let map = Environment::new(usize::MAX, 2, vec![[1.0; 3]; 6], RowWarp::UniformV);
-            trial.refused(map, |e| *e == Error::MapSize { width: usize::MAX, height: 2, texels: 6 });
-        }),
+        HERE.row(
+            Kind::Refusal,
+            "6 texels for usize::MAX x 2",
+            "names both",
+            (0.0, Unit::Absolute),
+            |trial| {
+                let map = Environment::new(usize::MAX, 2, vec![[1.0; 3]; 6], RowWarp::UniformV);
+                trial.refused(map, |e| *e == Error::MapSize { width: usize::MAX, height: 2, texels: 6 });
+            },
+        ),
     ]
 }

@@ -10,6 +10,8 @@ use crate::scene::{Convention, Material};
 use glam::{DVec3, Vec2, Vec3};
 use std::collections::HashSet;
 
+const HERE: Component = Component::Lobes;
+
 pub(super) fn rows() -> Vec<Row> {
     let mut rows = phong();
     rows.extend(ggx());
@@ -19,16 +21,6 @@ pub(super) fn rows() -> Vec<Row> {
 
 /// Degrees from the normal.
 const INCIDENCES: [f64; 4] = [0.0, 85.0, 89.0, 89.99];
-
-fn row(
-    kind: Kind,
-    input: impl Into<String>,
-    should: &str,
-    tolerance: (f64, Unit),
-    ask: impl Fn(&mut Trial) + Send + Sync + 'static,
-) -> Row {
-    Row::new(Component::Lobes, kind, input, should, tolerance, ask)
-}
 
 /// A unit vector so many degrees from the normal that normalising leaves alone: lobes normalise theirs, and are to be about this very one.
 fn tilted(degrees: f64) -> Vec3 {
@@ -126,7 +118,7 @@ fn phong() -> Vec<Row> {
             };
             let should = if limit { "the lobe of 1e9: a mirror" } else { "(n + 1)/2 pi cos^n; share below" };
             let input = format!("Phong {name}, incidence {incidence} deg");
-            rows.push(row(kind, input, should, (allowed, Unit::Relative), ask));
+            rows.push(HERE.row(kind, input, should, (allowed, Unit::Relative), ask));
         }
         let ask = move |trial: &mut Trial| {
             let Some(lobe) = trial.accepted(PhongLobe::new(Vec3::Z, n)) else { return };
@@ -140,14 +132,26 @@ fn phong() -> Vec<Row> {
             );
         };
         let should = "cos alpha = xi^(1/(n + 1))";
-        rows.push(row(kind, format!("Phong {name}, 4096 quantiles"), should, (2e-6, Unit::Relative), ask));
+        rows.push(HERE.row(
+            kind,
+            format!("Phong {name}, 4096 quantiles"),
+            should,
+            (2e-6, Unit::Relative),
+            ask,
+        ));
     }
     for (input, n) in [("Phong -1e-45", -1e-45), ("Phong NaN", f32::NAN), ("Phong infinite", f32::INFINITY)] {
-        rows.push(row(Kind::Refusal, input, "names the exponent", (0.0, Unit::Absolute), move |trial| {
-            trial.refused(PhongLobe::new(Vec3::Z, n), |e| {
-                matches!(e, Error::Parameter { parameter: "exponent", .. })
-            });
-        }));
+        rows.push(HERE.row(
+            Kind::Refusal,
+            input,
+            "names the exponent",
+            (0.0, Unit::Absolute),
+            move |trial| {
+                trial.refused(PhongLobe::new(Vec3::Z, n), |e| {
+                    matches!(e, Error::Parameter { parameter: "exponent", .. })
+                });
+            },
+        ));
     }
     rows
 }
@@ -166,7 +170,7 @@ fn ggx() -> Vec<Row> {
                 }
             };
             let input = format!("GGX {alpha:e}, incidence {incidence} deg");
-            rows.push(row(Kind::Value, input, "G1 D / (4 cos theta)", (2e-6, Unit::Relative), ask));
+            rows.push(HERE.row(Kind::Value, input, "G1 D / (4 cos theta)", (2e-6, Unit::Relative), ask));
         }
         let ask = move |trial: &mut Trial| {
             let Some(lobe) = trial.accepted(GgxVisibleNormals::new(Vec3::Z, alpha)) else { return };
@@ -178,7 +182,7 @@ fn ggx() -> Vec<Row> {
             );
         };
         let should = "tan^2 theta_m = a^2 xi/(1 - xi)";
-        rows.push(row(
+        rows.push(HERE.row(
             Kind::Value,
             format!("GGX {alpha:e}, 4096 quantiles"),
             should,
@@ -190,7 +194,7 @@ fn ggx() -> Vec<Row> {
     for (input, outgoing) in
         [("incidence 90 deg", z(0.0)), ("from below", z(-1e-7)), ("from straight below", Vec3::NEG_Z)]
     {
-        rows.push(row(
+        rows.push(HERE.row(
             Kind::Refusal,
             format!("GGX, {input}"),
             "names the cosine",
@@ -228,7 +232,7 @@ fn dark() -> Vec<Row> {
                 }
             }
         };
-        row(
+        HERE.row(
             Kind::Limit,
             format!("diffuse + Phong, {input}"),
             "black, pdf 0, no sample",
@@ -244,7 +248,7 @@ fn dark() -> Vec<Row> {
     ]
     .map(row_of)
     .into();
-    rows.push(row(
+    rows.push(HERE.row(
         Kind::Value,
         "diffuse + Phong 50, incidence 89.99 deg",
         "f/p has the albedo as its mean",

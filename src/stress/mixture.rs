@@ -11,22 +11,14 @@ use crate::sampler::{
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
 
+const HERE: Component = Component::Mixture;
+
 pub(super) fn rows() -> Vec<Row> {
     let mut rows = ends();
     rows.extend(weights());
     rows.extend(passes());
     rows.extend(unseen());
     rows
-}
-
-fn row(
-    kind: Kind,
-    input: impl Into<String>,
-    should: &str,
-    tolerance: (f64, Unit),
-    ask: impl Fn(&mut Trial) + Send + Sync + 'static,
-) -> Row {
-    Row::new(Component::Mixture, kind, input, should, tolerance, ask)
 }
 
 /// A needle in directions that the other part never draws is where a mixture shows what it adds up.
@@ -53,7 +45,7 @@ fn ends() -> Vec<Row> {
                 trial.compare(mixture.density(&found.point), part.density, || found.point);
             }
         };
-        row(
+        HERE.row(
             Kind::Value,
             format!("c = {c}"),
             &format!("the {which} part, bit for bit"),
@@ -78,14 +70,14 @@ fn ends() -> Vec<Row> {
     vec![
         end(0.0, "second"),
         end(1.0, "first"),
-        row(
+        HERE.row(
             Kind::Value,
             "both densities 0",
             "density and weights 0, not NaN",
             (0.0, Unit::Absolute),
             nothing,
         ),
-        row(Kind::Refusal, "c just over 1", "names c", (0.0, Unit::Absolute), refused),
+        HERE.row(Kind::Refusal, "c just over 1", "names c", (0.0, Unit::Absolute), refused),
     ]
 }
 
@@ -108,7 +100,7 @@ fn weights() -> Vec<Row> {
                 }
             }
         };
-        rows.push(row(
+        rows.push(HERE.row(
             Kind::Value,
             format!("{name}: 1e20 and 2e-23 in f32"),
             "1 and 0, not NaN",
@@ -121,7 +113,7 @@ fn weights() -> Vec<Row> {
                 }
             },
         ));
-        rows.push(row(
+        rows.push(HERE.row(
             Kind::Value,
             format!("{name}: 1e-45 to f32::MAX"),
             "right to the last bits, in pairs",
@@ -133,7 +125,7 @@ fn weights() -> Vec<Row> {
                 pairs(trial, &densities, heuristic);
             },
         ));
-        rows.push(row(
+        rows.push(HERE.row(
             Kind::Limit,
             format!("{name}: infinite densities"),
             "take all, and share it",
@@ -163,7 +155,7 @@ fn passes() -> Vec<Row> {
             trial.must(pixel.standard_error() == [0.0; 3], || format!("{:?}", pixel.standard_error()));
             trial.note(format!("an f32 sum gives {:.3}", f64::from(plain) / passes as f64));
         };
-        row(Kind::Value, input, "mean 0.5 exactly", (0.0, Unit::UlpF64), ask)
+        HERE.row(Kind::Value, input, "mean 0.5 exactly", (0.0, Unit::UlpF64), ask)
     };
     vec![after(1 << 25, "2^25 passes of 0.5"), after(100_000_000, "1e8 passes of 0.5").heavy()]
 }
@@ -197,7 +189,7 @@ fn unseen() -> Vec<Row> {
             Judgement::Agree => "agrees with light sampling",
             _ => "inconclusive, not pass",
         };
-        row(
+        HERE.row(
             if expected == Judgement::Agree { Kind::Value } else { Kind::Limit },
             size,
             should,

@@ -63,6 +63,19 @@ impl Component {
             Self::Mixture => "mixture",
         }
     }
+
+    /// A row about this component whose question is `ask`. Errors are allowed up to `allowed`.
+    pub fn row(
+        self,
+        kind: Kind,
+        input: impl Into<String>,
+        should: impl Into<String>,
+        (allowed, unit): (f64, Unit),
+        ask: impl Fn(&mut Trial) + Send + Sync + 'static,
+    ) -> Row {
+        let (component, input, should) = (self, input.into(), should.into());
+        Row { component, input, should, kind, allowed, unit, heavy: false, ask: Box::new(ask) }
+    }
 }
 
 impl fmt::Display for Component {
@@ -185,19 +198,6 @@ pub struct Row {
 }
 
 impl Row {
-    /// A row whose question is `ask`. Errors are allowed up to `allowed`.
-    pub fn new(
-        component: Component,
-        kind: Kind,
-        input: impl Into<String>,
-        should: impl Into<String>,
-        (allowed, unit): (f64, Unit),
-        ask: impl Fn(&mut Trial) + Send + Sync + 'static,
-    ) -> Self {
-        let (input, should) = (input.into(), should.into());
-        Self { component, input, should, kind, allowed, unit, heavy: false, ask: Box::new(ask) }
-    }
-
     /// The same row as one that takes long.
     pub fn heavy(self) -> Self {
         Self { heavy: true, ..self }

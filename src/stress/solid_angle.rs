@@ -8,6 +8,8 @@ use crate::statistics::CompensatedSum;
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 
+const HERE: Component = Component::SolidAngle;
+
 /// Values that another program found, each a triangle and its solid angle from the origin.
 const REFERENCE: &str = include_str!("../../data/reference/closed_forms.json");
 
@@ -29,16 +31,6 @@ fn light(triangle: [Vec3; 3]) -> MeshLight {
     MeshLight::new(&[triangle], Sides::Both).expect("a triangle with an area")
 }
 
-fn row(
-    kind: Kind,
-    input: &str,
-    should: &str,
-    tolerance: (f64, Unit),
-    ask: impl Fn(&mut Trial) + Send + Sync + 'static,
-) -> Row {
-    Row::new(Component::SolidAngle, kind, input, should, tolerance, ask)
-}
-
 /// Where no direction leads to the light: no sample, density 0, and never NaN.
 fn nothing_seen() -> Vec<Row> {
     let dark = |input: &str, x: Vec3, triangle: [Vec3; 3], sides: Sides| {
@@ -54,14 +46,14 @@ fn nothing_seen() -> Vec<Row> {
                 trial.compare(directions.density(&w), 0.0, || format!("density along {w}"));
             }
         };
-        row(Kind::Limit, input, "no sample, density 0", (0.0, Unit::Absolute), ask)
+        HERE.row(Kind::Limit, input, "no sample, density 0", (0.0, Unit::Absolute), ask)
     };
     vec![
         dark("x in the plane of the light", v(3.0, -2.0, 0.0), UNIT, Sides::Both),
         dark("x in its plane, inside it", v(0.25, 0.25, 0.0), UNIT, Sides::Both),
         dark("x at a vertex", Vec3::X, UNIT, Sides::Both),
         dark("x 1e-30 behind a one-sided light", v(0.25, 0.25, -1e-30), UNIT, Sides::Front),
-        row(Kind::Limit, "x = y", "no view", (0.0, Unit::Absolute), |trial| {
+        HERE.row(Kind::Limit, "x = y", "no view", (0.0, Unit::Absolute), |trial| {
             for y in [Vec3::ZERO, v(1e38, -1e-38, 3.0), Vec3::splat(f32::MIN_POSITIVE)] {
                 let view = View::new(y, y, Vec3::Z);
                 trial.must(view.is_none(), || format!("at {y}: {view:?}"));
@@ -93,7 +85,7 @@ fn single_points() -> Vec<Row> {
                 trial.note(format!("density {:.1e} to {:.1e}", range.0, range.1));
             }
         };
-        row(Kind::Value, input, "d^2 / (A cos), finite", (1e-14, Unit::Relative), ask)
+        HERE.row(Kind::Value, input, "d^2 / (A cos), finite", (1e-14, Unit::Relative), ask)
     };
     let grazing = |trial: &mut Trial| {
         // From (0, 0, 1e-8) to y in the plane, cos = 1e-8 / d.
@@ -126,8 +118,8 @@ fn single_points() -> Vec<Row> {
         above("distance 1e-23, edge 1e-23", 1e-23, 1e-23, true),
         above("edge 1e-10 at distance 1", 1.0, 0.5e-10, true),
         above("distance 3e38, edge 3e38", 3e38, 1.5e38, true),
-        row(Kind::Value, "cosine 1e-8", "d^2 / cos, finite", (1e-14, Unit::Relative), grazing),
-        row(Kind::Value, "origin moved by 1e7", "the same bits", (0.0, Unit::UlpF64), moved),
+        HERE.row(Kind::Value, "cosine 1e-8", "d^2 / cos, finite", (1e-14, Unit::Relative), grazing),
+        HERE.row(Kind::Value, "origin moved by 1e7", "the same bits", (0.0, Unit::UlpF64), moved),
     ]
 }
 
@@ -174,15 +166,21 @@ fn whole_triangles() -> Vec<Row> {
         trial.compare(solid_angle_by_views(triangle, Vec3::ZERO), TAU, || "sum of cos / d^2 over the area");
     };
     vec![
-        row(Kind::Value, "x 1e-8 above a unit triangle", "solid angle 2 pi", (1e-6, Unit::Absolute), close),
-        row(
+        HERE.row(
+            Kind::Value,
+            "x 1e-8 above a unit triangle",
+            "solid angle 2 pi",
+            (1e-6, Unit::Absolute),
+            close,
+        ),
+        HERE.row(
             Kind::Value,
             "triangle 1e19 wide at distance 1",
             "solid angle 2 pi",
             (1e-6, Unit::Absolute),
             half_space,
         ),
-        row(
+        HERE.row(
             Kind::Value,
             "triangles of data/reference",
             "solid angles there, in three ways",

@@ -6,6 +6,8 @@ use crate::random::to_f32;
 use crate::sampler::{Error, MeshLight, Sides, TriangleWarp};
 use glam::{DVec3, Vec2, Vec3};
 
+const HERE: Component = Component::Triangle;
+
 pub(super) fn rows() -> Vec<Row> {
     let mut rows = warp_rows("low distortion", |xi| TriangleWarp::LowDistortion.barycentric(xi));
     rows.extend(warp_rows("square root", |xi| TriangleWarp::SquareRoot.barycentric(xi)));
@@ -49,7 +51,7 @@ pub fn warp_rows(name: &str, warp: impl Fn(Vec2) -> Vec3 + Clone + Send + Sync +
         }
     };
     let row = |input: &str, should: &str, tolerance, ask: Box<dyn Fn(&mut Trial) + Send + Sync>| {
-        Row::new(Component::Triangle, Kind::Value, format!("{name}: {input}"), should, tolerance, ask)
+        HERE.row(Kind::Value, format!("{name}: {input}"), should, tolerance, ask)
     };
     vec![
         row("corners of the square", "b_i >= 0, sum 1", (2.0, Unit::UlpF32), Box::new(inside)),
@@ -70,7 +72,7 @@ fn lights() -> Vec<Row> {
             }
         };
         let should = "1 / area; points on it";
-        Row::new(Component::Triangle, Kind::Value, input, should, (4.0, Unit::UlpF64), ask)
+        HERE.row(Kind::Value, input, should, (4.0, Unit::UlpF64), ask)
     };
     let (huge, tiny) = (3e38_f32, 1e-12_f32);
     let side = |x: f32| f64::from(x);
@@ -151,7 +153,7 @@ fn degenerate() -> Vec<Row> {
             let light = MeshLight::new(&[vertices; 2], Sides::Both);
             trial.refused(light, |e| *e == Error::NoArea { triangles: 2 });
         };
-        Row::new(Component::Triangle, Kind::Refusal, input, "no area", (0.0, Unit::Absolute), ask)
+        HERE.row(Kind::Refusal, input, "no area", (0.0, Unit::Absolute), ask)
     };
     let among = move |trial: &mut Trial| {
         let good = [Vec3::ZERO, Vec3::X, Vec3::Y];
@@ -178,12 +180,10 @@ fn degenerate() -> Vec<Row> {
         let light = MeshLight::new(&triangles, Sides::Front);
         trial.refused(light, |e| matches!(e, Error::Vertex { triangle: 1, .. }));
     };
-    let new = |kind, input, should, tolerance, ask: fn(&mut Trial)| {
-        Row::new(Component::Triangle, kind, input, should, tolerance, ask)
-    };
+    let new =
+        |kind, input, should, tolerance, ask: fn(&mut Trial)| HERE.row(kind, input, should, tolerance, ask);
     let mut rows: Vec<Row> = none.into_iter().map(refuse).collect();
-    rows.push(Row::new(
-        Component::Triangle,
+    rows.push(HERE.row(
         Kind::Limit,
         "degenerate triangles among others",
         "weight 0, never drawn",

@@ -180,6 +180,13 @@ const DISTANCES: [f64; 6] = [1.25, 1.5, 2.0, 3.0, 5.0, 10.0];
 const MEAN_ERRORS: f64 = 6.0;
 const SPREAD_SAMPLES: u64 = 1 << 18;
 
+/// Standard deviation over mean.
+pub(super) fn relative_spread(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|v| (v / mean - 1.0).powi(2)).sum::<f64>() / n).sqrt()
+}
+
 fn spread(check: &'static str, case: &Case<'_>) -> Option<Finding> {
     case.probe.importance(&[])?;
     let samples = case.tally.samples.min(SPREAD_SAMPLES) as usize;
@@ -200,7 +207,7 @@ fn spread(check: &'static str, case: &Case<'_>) -> Option<Finding> {
     let deviation = |r: &f64| (r / mean - 1.0).abs();
     let n = ratios.len() as f64;
     let limit = allowed + ROUNDED_SPREAD;
-    let found = (ratios.iter().map(|r| deviation(r).powi(2)).sum::<f64>() / n).sqrt();
+    let found = relative_spread(&ratios);
     let detail =
         format!("importance over density spreads by {found:.4} of its mean, where {allowed:.4} is promised");
     // The mean is one of the samples; it may be off by some standard errors.

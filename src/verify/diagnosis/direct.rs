@@ -3,6 +3,8 @@
 use crate::random::{fill_unit, stream};
 use crate::verify::check::Case;
 use crate::verify::probe::{Draw, Fate};
+use crate::verify::support::target_fails;
+use crate::verify::weights::relative_spread;
 
 /// A short name and a sentence.
 pub(super) type Mistake = (&'static str, String);
@@ -101,7 +103,7 @@ pub(super) fn target(case: &Case<'_>) -> Option<Mistake> {
             }
         }
     }
-    let refused = super::super::support::target_fails(case);
+    let refused = target_fails(case);
     refused.map(|place| {
         let share = 100.0 * without / all;
         let text = format!(
@@ -118,7 +120,7 @@ pub(super) fn importance(case: &Case<'_>) -> Option<Mistake> {
     let mut xi = vec![0.0; SAMPLES * dimensions];
     fill_unit(&mut stream(case.settings.seed, "importance", 1), &mut xi);
     let (ratios, allowed) = case.probe.importance(&xi)?;
-    let own = spread(&ratios);
+    let own = relative_spread(&ratios);
     if own <= allowed {
         return None;
     }
@@ -134,7 +136,8 @@ pub(super) fn importance(case: &Case<'_>) -> Option<Mistake> {
             of_rival.iter_mut().zip(values).for_each(|(all, (_, value))| all.push(value / density));
         }
     }
-    let best = of_rival.iter().map(|ratios| spread(ratios)).zip(&names).min_by(|a, b| a.0.total_cmp(&b.0));
+    let best =
+        of_rival.iter().map(|ratios| relative_spread(ratios)).zip(&names).min_by(|a, b| a.0.total_cmp(&b.0));
     match best {
         Some((found, name)) if found <= 2.0 * allowed && found < 0.5 * own => Some((
             "importance of a rival",
@@ -149,13 +152,6 @@ pub(super) fn importance(case: &Case<'_>) -> Option<Mistake> {
             ),
         )),
     }
-}
-
-/// Standard deviation over mean.
-fn spread(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    (values.iter().map(|v| (v / mean - 1.0).powi(2)).sum::<f64>() / n).sqrt()
 }
 
 /// How the density that comes with a sample differs from the one that is asked.
