@@ -173,6 +173,19 @@ fn an_alpha_that_is_none_is_refused() {
     let _ = verify(&CosineHemisphere).alpha(f64::NAN);
 }
 
+/// An infinite density over a spot: judged, and soon. Cells of infinite mass were once cut down to thousands of them.
+#[test]
+fn an_infinite_density_fails_and_does_not_hang() {
+    let inside = |p: DVec2| p.x < 0.01 && p.y < 0.01;
+    let spot = from_fn(
+        Square,
+        |[u, v]: [f64; 2]| [0.01 * u, 0.01 * v],
+        move |p: DVec2| if inside(p) { f64::INFINITY } else { 0.0 },
+    );
+    let report = verify(&spot).samples(100_000).undiagnosed().run();
+    assert_eq!(report.verdict(), Verdict::Fail, "{report}");
+}
+
 /// A triangle a ten-thousandth of a radian high across half of the sphere: quadrature can't follow its edges, and has to say so.
 #[test]
 #[ignore = "long: quadrature over a sliver"]

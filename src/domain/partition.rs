@@ -253,7 +253,7 @@ impl Partition {
     }
 
     /// The coarser partition whose cells are the topmost nodes of at most `target` mass; whatever weighs less
-    /// than `floor` goes to the pool instead.
+    /// than `floor` goes to the pool instead. What has no finite mass is not cut: no cut would make it lighter.
     pub fn group(&self, leaf_mass: &[f64], target: f64, floor: f64) -> Groups {
         let mut groups = Groups { of_leaf: vec![None; self.leaves.len()], cells: Vec::new() };
         let masses = self.node_masses(leaf_mass);
@@ -266,7 +266,9 @@ impl Partition {
             match node.children {
                 // A node both of whose halves are light is itself the cell.
                 Some(left)
-                    if masses[index] > target && (masses[left] >= floor || masses[left + 1] >= floor) =>
+                    if masses[index] > target
+                        && masses[index].is_finite()
+                        && (masses[left] >= floor || masses[left + 1] >= floor) =>
                 {
                     stack.extend([left + 1, left]);
                 }

@@ -143,7 +143,9 @@ fn l_huilier([a, b, c]: [Vec3; 3]) -> f32 {
     let half = 0.5 * sides.iter().sum::<f32>();
     let product =
         sides.iter().fold((0.5 * half).tan(), |product, side| product * (0.5 * (half - side)).tan());
-    4.0 * product.max(0.0).sqrt().atan()
+    // Rounded below 0 is 0; NaN stays what it is, as `max` would not leave it.
+    let product = if product < 0.0 { 0.0 } else { product };
+    4.0 * product.sqrt().atan()
 }
 
 pub(super) fn faults() -> Vec<Fault> {

@@ -48,7 +48,7 @@ fn ends() -> Vec<Row> {
         HERE.row(
             Kind::Value,
             format!("c = {c}"),
-            &format!("the {which} part, bit for bit"),
+            format!("the {which} part, bit for bit"),
             (0.0, Unit::UlpF64),
             ask,
         )
