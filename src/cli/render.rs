@@ -24,7 +24,7 @@ pub struct Arguments {
     /// Also a picture after each of these numbers of samples a pixel, separated by commas
     #[arg(long, value_parser = passes, value_delimiter = ',', allow_negative_numbers = true)]
     snapshots: Vec<u32>,
-    /// Stop each strategy after this many seconds of rendering
+    /// Stop each strategy after this many seconds of rendering, those of a resumed film included
     #[arg(long, value_name = "SECONDS", value_parser = common::seconds)]
     time: Option<f64>,
     /// Stop each strategy when the relative standard error of its pixels, in root mean square, is down to this
