@@ -92,8 +92,8 @@ fn help_fits_a_screen() {
     Commands:
       verify     Check samplers: all that ship, or those named (a family like `phong`, or `phong/50`)
       calibrate  Measure how often right samplers fail, beside how often they may
-      faults     Run the battery on broken samplers that imitate mistakes made in public, each beside its
-                     correct twin
+      faults     Run the battery on broken samplers that imitate mistakes made in public, each beside
+                 its correct twin
       stress     Give samplers inputs that break f32, and tell what happened beside what should
       histogram  Draw samples of a map or of a shipped sampler and write their histogram
       render     Render a scene with one strategy, or all of them as a contact sheet
@@ -714,7 +714,7 @@ fn rendering_stops_at_an_error_or_a_time() {
     // Half the error, four times the samples.
     let (rough, fine) = (error(0.1, "rough"), error(0.05, "fine"));
     assert!(rough >= 16 && fine > 2 * rough && fine < 8 * rough, "{rough} {fine}");
-    assert_eq!(error(0.99, "least"), 16);
+    assert!((16..=rough).contains(&error(0.99, "least")));
     exits(&folder, "render stamp.toml --strategy light --time 0.05 --out timed", 0);
     assert!(passes("timed") >= 1);
 }
