@@ -29,7 +29,7 @@ fn load(name: &str) -> Scene {
     Scene::load(file).expect("a scene that ships")
 }
 
-/// Triangles and rays in a box, half of which meet something.
+/// Random triangles, and rays from a larger box about them.
 fn rays(c: &mut Criterion) {
     let mut rng = stream(1, "bench rays", 0);
     let mut point =

@@ -57,6 +57,24 @@ fn every_way_to_sample_lights_agrees() {
     }
 }
 
+/// GGX over a diffuse base with smooth normals, under a sun.
+#[test]
+fn strategies_agree_on_ggx() {
+    let scene = scene("spot_ggx", 64);
+    let lights = Lights::load(&scene).unwrap();
+    let two = draw(&scene, &lights, TWO, 64, 1).film.blocks(16);
+    for (i, strategy) in [Strategy::Light, Strategy::MisAuto, TWO_POWER].into_iter().enumerate() {
+        same(&strategy.to_string(), &draw(&scene, &lights, strategy, 64, 2 + i as u64).film.blocks(16), &two);
+    }
+    // The sky alone, which the lobes find.
+    let mut overcast = self::scene("spot_ggx", 64);
+    let sky = overcast.environment.as_mut().unwrap();
+    sky.file = sky.file.with_file_name("potsdamer_platz_512.hdr");
+    let lights = Lights::load(&overcast).unwrap();
+    let two = draw(&overcast, &lights, TWO, 64, 1).film.blocks(16);
+    same("brdf", &draw(&overcast, &lights, Strategy::Brdf, 64, 2).film.blocks(16), &two);
+}
+
 /// The density that the weights are formed from is the one that was drawn from: one that is 5 % off is seen.
 #[test]
 fn a_wrong_density_is_seen() {

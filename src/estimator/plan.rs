@@ -170,7 +170,7 @@ fn rays(scene: &Scene) -> Part {
             Part::built("ray structure", format!("a tree over {count} triangles"), bytes, time)
         }
         RayStructure::List => {
-            let why = format!("{count} triangles are met sooner one by one");
+            let why = format!("triangles are met one by one: there are {count}");
             Part { bytes, time, ..Part::left_out("ray structure", why) }
         }
     }

@@ -17,9 +17,8 @@
 //! second moment of f / p_c is the integral of f^2 / p_c, which samples of the mixture with 1/2 estimate for every
 //! c at once as the mean of f^2 / (p_c p_{1/2}). The c of [`AUTO_WEIGHTS`] with the least mean, in luminance
 //! over the pixel and its eight neighbours, is taken. These passes draw from streams of their own and are left
-//! out of the picture, so that it is unbiased and what follows is independent of the choice given the weights; no
-//! candidate is 0 or 1, so that a wrong choice costs a factor of 8 in variance over the better strategy at
-//! most.
+//! out of the picture, which is unbiased for that: given the weights, its samples are independent of those that chose
+//! them. No candidate is 0 or 1, so that a wrong choice has at most 8 times the second moment of the better strategy.
 
 use super::Error;
 use crate::sampler::Heuristic;

@@ -146,7 +146,7 @@ impl Scene {
         })
     }
 
-    /// The answer to ray queries: a list for a handful of triangles, a tree for more.
+    /// The answer to ray queries: a tree, unless [`RayStructure`] says that a list will do.
     pub fn rays(&self) -> &Rays {
         &self.rays
     }
