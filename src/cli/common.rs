@@ -7,7 +7,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use warpcheck::catalogue::{self, Entry};
+use warpcheck::estimator::{LightSampling, Selection};
 use warpcheck::report::Style;
+use warpcheck::sampler::Placement;
+use warpcheck::scene::Scene;
 
 /// Where pictures go unless told.
 pub const DEFAULT_OUT: &str = "warpcheck-out";
@@ -55,6 +58,39 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x > 0.0 && x < 1e9 => Ok(x),
         _ => Err("must be a positive number of seconds".to_owned()),
+    }
+}
+
+/// How a scene is lit: what `render` and `plan` have in common.
+#[derive(clap::Args)]
+pub struct LightArguments {
+    /// How triangles of the emitters are selected: area, power or power/d2
+    #[arg(long, value_name = "HOW", default_value_t)]
+    lights: Selection,
+    /// How points on them are placed: area or solid-angle
+    #[arg(long, value_name = "HOW", default_value_t)]
+    triangles: Placement,
+    /// An environment map in place of the scene's
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+}
+
+impl LightArguments {
+    /// How the emitters are sampled.
+    pub fn sampling(&self) -> LightSampling {
+        LightSampling { selection: self.lights, placement: self.triangles }
+    }
+
+    /// The scene, under the map that was named.
+    pub fn scene(&self, file: &Path) -> Result<Scene> {
+        let mut scene = Scene::load(file)?;
+        if let Some(map) = &self.map {
+            let Some(environment) = &mut scene.environment else {
+                bail!("--map replaces the map of a scene, but {} has no [environment]", file.display());
+            };
+            environment.file.clone_from(map);
+        }
+        Ok(scene)
     }
 }
 

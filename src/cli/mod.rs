@@ -4,6 +4,7 @@ mod calibrate;
 mod common;
 mod faults;
 mod histogram;
+mod plan;
 mod render;
 mod stress;
 mod verify;
@@ -35,6 +36,8 @@ enum Command {
     Histogram(histogram::Arguments),
     /// Render a scene with one strategy, or all of them as a contact sheet
     Render(render::Arguments),
+    /// Show what a scene needs and what is left out, and why
+    Plan(plan::Arguments),
 }
 
 const AFTER_HELP: &str = "\
@@ -50,6 +53,8 @@ Examples:
   warpcheck histogram triangle/low-distortion     a shipped sampler on its own domain
   warpcheck render data/scene/veach_a3.toml --strategy mis:0.5 --spp 64
   warpcheck render data/scene/veach_a3.toml --sheet
+  warpcheck render data/scene/cornell.toml --error 0.02 --film
+  warpcheck plan data/scene/cornell.toml          what the scene needs, and what is left out
 
 Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive, 130 Ctrl-C (what was done is kept).
 Counts take the suffixes k, M and G. Same seed, same bits, on any number of threads.";
@@ -72,6 +77,7 @@ pub fn run() -> ExitCode {
         Some(Command::Stress(arguments)) => stress::run(&arguments),
         Some(Command::Histogram(arguments)) => histogram::run(&arguments),
         Some(Command::Render(arguments)) => render::run(&arguments),
+        Some(Command::Plan(arguments)) => plan::run(&arguments),
     };
     result.unwrap_or_else(|error| {
         eprintln!("warpcheck: {}", common::sentence(&error));

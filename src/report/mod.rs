@@ -9,6 +9,8 @@ mod faults;
 mod json;
 #[cfg(feature = "render")]
 mod pictures;
+#[cfg(feature = "render")]
+mod plan;
 #[cfg(feature = "pictures")]
 mod residuals;
 #[cfg(feature = "render")]
@@ -27,6 +29,10 @@ pub use faults::{Twins, fault_table};
 pub use json::to_json;
 #[cfg(feature = "render")]
 pub use pictures::{EnvironmentFigure, environment_sheet, histogram_sheet};
+#[cfg(feature = "render")]
+pub use plan::plan_table;
+#[cfg(all(feature = "render", feature = "json"))]
+pub use plan::plan_to_json;
 #[cfg(feature = "pictures")]
 pub use residuals::{overview_sheet, residual_planes, residual_sheet};
 #[cfg(feature = "render")]
