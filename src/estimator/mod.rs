@@ -20,6 +20,9 @@
 //! | `film` | sums over samples: [`Film`], [`Blocks`] |
 //! | `render` | passes over the picture: [`render`], [`Rendered`] |
 //! | `agreement` | do two pictures agree? [`compare`], [`Agreement`] |
+//! | `agree` | do several agree, tile by tile, and how closely? [`agree()`], [`Accord`] |
+//! | `convergence` | error against run time: [`convergence()`], [`Convergence`] |
+//! | `clock` | CPU time of a thread: [`Clock`] |
 //!
 //! ```no_run
 //! use warpcheck::estimator::{Lights, Rules, Settings, Strategy, compare, render};
@@ -36,8 +39,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod agree;
 mod agreement;
 mod brdf;
+mod clock;
+mod convergence;
 mod error;
 mod film;
 mod integrator;
@@ -45,8 +51,16 @@ mod lights;
 mod render;
 mod strategy;
 
+pub use agree::{
+    Accord, CONFIDENCE as AGREEMENT_CONFIDENCE, Criteria, Doubt, Estimate, Pair, TileTest, agree, sample,
+};
 pub use agreement::{Agreement, Deviation, Judgement, Rules, compare};
 pub use brdf::{Brdf, Reflection};
+pub use clock::{Clock, Cost};
+pub use convergence::{
+    Budget, CONFIDENCE, Convergence, Curve, Interval, Measured, OUTLIERS, Plan, Reference, Region, Rung,
+    Truth, WINNER_TILE, convergence, regions_by_material,
+};
 pub use error::Error;
 pub use film::{Blocks, Film, Pixel};
 pub use integrator::Integrator;
