@@ -3,7 +3,6 @@
 use super::common::{self, DEFAULT_OUT, OutputFolder, print};
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -11,7 +10,7 @@ use std::sync::atomic::Ordering;
 use warpcheck::calibration::{Candidate, Plan, calibrate};
 use warpcheck::catalogue::{self, Entry, Subject};
 use warpcheck::picture::write_atomically;
-use warpcheck::report::{self, Style};
+use warpcheck::report;
 
 /// What is calibrated unless told: name and share of the runs. One of every kind, and more runs of what is quick:
 /// 10,000 runs of both kinds are half an hour of one core.
@@ -89,11 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     bar.finish_and_clear();
     let stopped = stop.load(Ordering::Relaxed);
 
-    let style = match std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
-        true => Style::Colour,
-        false => Style::Plain,
-    };
-    print(&report::calibration_table(&calibration, style))?;
+    print(&report::calibration_table(&calibration, common::style()))?;
     if stopped {
         print(&format!("stopped: {} of {} runs were made\n", calibration.runs, arguments.runs))?;
     }

@@ -3,13 +3,12 @@
 use super::common::{self, DEFAULT_OUT, print};
 use anyhow::{Result, bail};
 use clap::Args;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use warpcheck::fault::{self, Fault, Plan, Twin};
 use warpcheck::picture::write_atomically;
-use warpcheck::report::{self, Style, Twins};
+use warpcheck::report::{self, Twins};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -98,11 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let style = match std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
-        true => Style::Colour,
-        false => Style::Plain,
-    };
-    print(&report::fault_table(&outcomes, &found, style))?;
+    print(&report::fault_table(&outcomes, &found, common::style()))?;
     if let Some(file) = &arguments.json {
         let json = format!("{:#}\n", report::faults_to_json(&outcomes, &found, &plan));
         write_atomically(file, |out| out.write_all(json.as_bytes()))?;

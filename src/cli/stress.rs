@@ -3,12 +3,11 @@
 use super::common::{self, print};
 use anyhow::Result;
 use clap::Args;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use warpcheck::picture::write_atomically;
-use warpcheck::report::{self, Style};
+use warpcheck::report;
 use warpcheck::stress::{self, Component, Row};
 
 #[derive(Args)]
@@ -49,11 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     bar.finish_and_clear();
     let stopped = done.len() < total;
 
-    let style = match std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
-        true => Style::Colour,
-        false => Style::Plain,
-    };
-    print(&report::stress_table(&done, style))?;
+    print(&report::stress_table(&done, common::style()))?;
     if stopped {
         print(&format!("stopped: {} of {total} rows were run\n", done.len()))?;
     }

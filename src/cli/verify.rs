@@ -3,14 +3,13 @@
 use super::common::{self, DEFAULT_OUT, OutputFolder, print};
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use warpcheck::catalogue::{self, Entry};
 use warpcheck::picture::{Compression, write_atomically, write_planes, write_png};
-use warpcheck::report::{self, Style};
+use warpcheck::report;
 use warpcheck::verify::{Report, Settings, Verdict};
 
 #[derive(Args)]
@@ -137,11 +136,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             "warpcheck verify {name} --samples {samples} --seed {seed} --alpha {alpha:?}{anytime}{without}{data}"
         )
     };
-    let style = match std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
-        true => Style::Colour,
-        false => Style::Plain,
-    };
-    print(&report::table(&report, style, replay))?;
+    print(&report::table(&report, common::style(), replay))?;
     if stopped {
         print(&format!(
             "stopped: {} of {} samplers were examined\n",

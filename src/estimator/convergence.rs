@@ -72,7 +72,7 @@ impl Default for Plan {
             seeds: 8,
             budget: Budget::Passes(256),
             seed: 1,
-            truth: Truth::LongRun,
+            truth: Truth::LongRun(None),
             tile: 16,
             regions: Vec::new(),
             progress: None,
@@ -93,8 +93,9 @@ pub enum Budget {
 /// What pictures are compared with.
 #[derive(Clone, Debug)]
 pub enum Truth {
-    /// 16 times as many samples of the strategy whose samples a pilot says have the least variance, from other seeds. Its error is estimated.
-    LongRun,
+    /// 16 times as many samples of a strategy, from other seeds; if none is named, of the one on the list whose samples have the least
+    /// variance, as a pilot says. Its error is estimated.
+    LongRun(Option<Strategy>),
     /// A picture of the same size, taken as exact.
     Picture(Picture),
 }
@@ -209,7 +210,7 @@ pub struct Curve {
 }
 
 /// Pixels along the side of what [`Convergence::winners`] decides about.
-pub const WINNER_TILE: usize = 4;
+pub const WINNER_TILE: usize = 8;
 
 impl Curve {
     /// The measures at the largest count.
@@ -387,7 +388,7 @@ struct Work<'a> {
     plan: &'a Plan,
     /// Passes of each strategy.
     passes: Vec<u32>,
-    /// The strategy of the reference.
+    /// Place on the list of the strategy whose samples have the least variance.
     best: usize,
     done: AtomicU64,
     total: u64,
@@ -418,7 +419,7 @@ impl<'a> Work<'a> {
 
     fn reference_passes(&self) -> u32 {
         match self.plan.truth {
-            Truth::LongRun => self.passes[self.best].saturating_mul(REFERENCE),
+            Truth::LongRun(_) => self.passes[self.best].saturating_mul(REFERENCE),
             Truth::Picture(_) => 0,
         }
     }
@@ -459,20 +460,23 @@ impl<'a> Work<'a> {
 
     fn reference(&self) -> Reference {
         let pixels = (self.scene.picture.width * self.scene.picture.height) as usize;
-        if let Truth::Picture(picture) = &self.plan.truth {
-            let size = [picture.width(), picture.height()];
-            let wanted = [self.scene.picture.width, self.scene.picture.height].map(|x| x as usize);
-            assert_eq!(size, wanted, "the reference has another size than the scene's picture");
-            let variance = vec![[0.0; 3]; pixels];
-            return Reference {
-                picture: picture.clone(),
-                run: None,
-                squared_error: 0.0,
-                wall: 0.0,
-                variance,
-            };
-        }
-        let strategy = self.plan.strategies[self.best];
+        let named = match &self.plan.truth {
+            Truth::LongRun(named) => *named,
+            Truth::Picture(picture) => {
+                let size = [picture.width(), picture.height()];
+                let wanted = [self.scene.picture.width, self.scene.picture.height].map(|x| x as usize);
+                assert_eq!(size, wanted, "the reference has another size than the scene's picture");
+                let variance = vec![[0.0; 3]; pixels];
+                return Reference {
+                    picture: picture.clone(),
+                    run: None,
+                    squared_error: 0.0,
+                    wall: 0.0,
+                    variance,
+                };
+            }
+        };
+        let strategy = named.unwrap_or(self.plan.strategies[self.best]);
         let clock = Clock::start();
         let settings = Settings {
             spp: self.reference_passes(),
