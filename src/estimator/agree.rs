@@ -10,7 +10,7 @@
 //!
 //! - is *unseen* if fewer than [`Criteria::least_seen`] samples make up its mean in either estimate (Kish's effective number, see
 //!   [`Blocks::effective`]). What is unseen here can be unseen in a tile that is bright for other reasons, so
-//!   its neighbours are *beside* it, and neither is tested;
+//!   its neighbours are *beside* it, unless they are a hundred times brighter than either estimate of it, and neither is tested;
 //! - is *thin* if fewer than [`Criteria::least_effective`] do; is *skewed* if the skewness of the batch means is more than 4 standard errors
 //!   sqrt(6 / batches), as it is if less than about six samples decide; neighbours of skewed tiles count as skewed, since those may have had bad luck.
 //!   Such tiles are put together, 2 x 2, 4 x 4, … places at a time, until they are neither, or they stay untested;
@@ -41,6 +41,8 @@ const ROUNDING: f64 = 1e-6;
 const KNOWN: u64 = 1 << 40;
 /// Standard errors of the skewness beyond which a mean is not normal.
 const SKEWED: f64 = 4.0;
+/// What is unseen in a tile matters to a neighbour from this share of its radiance on.
+const NOTICED: f64 = 0.01;
 /// Tiles are put together up to 2^3 along a side.
 const LEVELS: u32 = 3;
 
@@ -425,11 +427,16 @@ fn compare_two(both: [&Estimate; 2], [first, second]: [usize; 2], criteria: &Cri
             (x.saturating_sub(1)..=(x + 1).min(columns - 1), y.saturating_sub(1)..=(y + 1).min(rows - 1));
         ys.flat_map(move |y| xs.clone().map(move |x| y * columns + x))
     };
+    let brightest = |t: usize| (0..3).map(|c| both[0].mean(t, c).max(both[1].mean(t, c))).sum::<f64>();
     let mut tiles: Vec<_> = (0..number)
         .map(|t| match doubts[t] {
             _ if (0..3).all(|c| !lit(t, c)) => TileTest::Dark,
             Some(Doubt::Unseen) => TileTest::Doubtful(Doubt::Unseen),
-            _ if around(t).any(|n| doubts[n] == Some(Doubt::Unseen)) => TileTest::Doubtful(Doubt::Beside),
+            _ if around(t)
+                .any(|n| doubts[n] == Some(Doubt::Unseen) && brightest(n) > NOTICED * brightest(t)) =>
+            {
+                TileTest::Doubtful(Doubt::Beside)
+            }
             Some(own) => TileTest::Doubtful(own),
             None if around(t).any(|n| doubts[n] == Some(Doubt::Skewed)) => TileTest::Doubtful(Doubt::Skewed),
             // Until it is tested.
@@ -474,9 +481,7 @@ fn compare_two(both: [&Estimate; 2], [first, second]: [usize; 2], criteria: &Cri
     let overall = [0, 1, 2].map(|c| brightness(both, &tiles, c, lit));
     let brightness_within =
         overall.iter().flatten().map(|t| t.within(3)).reduce(f64::max).unwrap_or(f64::INFINITY);
-    let light = |t: usize| {
-        (0..3).map(|c| both[0].mean(t, c).max(both[1].mean(t, c))).sum::<f64>() * both[0].tiles[t].pixels
-    };
+    let light = |t: usize| brightest(t) * both[0].tiles[t].pixels;
     let untested: f64 = (0..number).filter(|&t| matches!(tiles[t], TileTest::Doubtful(_))).map(light).sum();
     let all: f64 = (0..number).map(light).sum();
     let mut corrected = p_values.clone();

@@ -197,7 +197,8 @@ pub struct Curve {
     pub fit_samples: Option<(f64, f64)>,
     /// 1 / (squared error x CPU seconds).
     pub efficiency: f64,
-    /// Squared error that is common to all seeds, in radiance squared, and its standard error.
+    /// Squared error that is common to all seeds, in radiance squared, and its standard error, from how it scatters over the pixels: too
+    /// large where there is bias, and more of it in some pixels.
     pub squared_bias: Measured,
     /// Share of the squared error in the worst 0.1% of the pixels of a picture.
     pub outliers: Measured,
