@@ -77,7 +77,7 @@ fn help_fits_a_screen() {
     let folder = tempdir().unwrap();
     let help = exits(&folder, "--help", 0);
     assert!(help.lines().count() <= 50 && help.lines().all(|line| line.chars().count() <= 100), "{help}");
-    for verb in ["verify", "calibrate", "stress", "histogram", "render"] {
+    for verb in ["verify", "calibrate", "faults", "stress", "histogram", "render", "converge", "agree"] {
         let help = exits(&folder, &format!("{verb} --help"), 0);
         assert!(help.lines().count() <= 50 && help.lines().all(|line| line.chars().count() <= 100), "{help}");
         assert_eq!(exits(&folder, &format!("help {verb}"), 0), help);
@@ -92,9 +92,13 @@ fn help_fits_a_screen() {
     Commands:
       verify     Check samplers: all that ship, or those named (a family like `phong`, or `phong/50`)
       calibrate  Measure how often right samplers fail, beside how often they may
+      faults     Run the battery on broken samplers that imitate mistakes made in public, each beside
+                 its correct twin
       stress     Give samplers inputs that break f32, and tell what happened beside what should
       histogram  Draw samples of a map or of a shipped sampler and write their histogram
       render     Render a scene with one strategy, or all of them as a contact sheet
+      converge   Measure the error of strategies against run time
+      agree      Find out whether strategies agree with one another and with a reference
       help       Print this message or the help of the given subcommand(s)
 
     Options:
@@ -109,11 +113,15 @@ fn help_fits_a_screen() {
       warpcheck verify environment --samples 10M      the environment maps only, with more samples
       warpcheck verify --list                         what there is
       warpcheck calibrate --runs 1k                   false alarms of right samplers, measured
+      warpcheck faults --list                         mistakes that were made in public
+      warpcheck faults                                what catches them, and after how many samples
       warpcheck stress environment                    what maps of odd sizes and enormous range do
       warpcheck histogram data/env/noon_grass_512.hdr --samples 1M,10M,100M
       warpcheck histogram triangle/low-distortion     a shipped sampler on its own domain
       warpcheck render data/scene/veach_a3.toml --strategy mis:0.5 --spp 64
       warpcheck render data/scene/veach_a3.toml --sheet
+      warpcheck converge data/scene/veach_a3.toml     error against run time, strategy by strategy
+      warpcheck agree data/scene/cornell.toml         do the strategies estimate the same picture?
 
     Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive, 130 Ctrl-C (what was done is kept).
     Counts take the suffixes k, M and G. Same seed, same bits, on any number of threads.
