@@ -77,7 +77,9 @@ fn help_fits_a_screen() {
     let folder = tempdir().unwrap();
     let help = exits(&folder, "--help", 0);
     assert!(help.lines().count() <= 50 && help.lines().all(|line| line.chars().count() <= 100), "{help}");
-    for verb in ["verify", "calibrate", "faults", "stress", "histogram", "render", "plan"] {
+    for verb in
+        ["verify", "calibrate", "faults", "stress", "histogram", "render", "plan", "converge", "agree"]
+    {
         let help = exits(&folder, &format!("{verb} --help"), 0);
         assert!(help.lines().count() <= 50 && help.lines().all(|line| line.chars().count() <= 100), "{help}");
         assert_eq!(exits(&folder, &format!("help {verb}"), 0), help);
@@ -96,6 +98,8 @@ fn help_fits_a_screen() {
       stress     Give samplers inputs that break f32, and tell what happened beside what should
       histogram  Draw samples of a map or of a shipped sampler and write their histogram
       render     Render a scene with one strategy, or all of them as a contact sheet
+      converge   Measure the error of strategies against run time
+      agree      Find out whether strategies agree with one another and with a reference
       plan       Show what a scene needs and what is left out, and why
       help       Print this message or the help of the given subcommand(s)
 
@@ -118,6 +122,8 @@ fn help_fits_a_screen() {
       warpcheck histogram triangle/low-distortion     a shipped sampler on its own domain
       warpcheck render data/scene/veach_a3.toml --strategy mis:0.5 --spp 64
       warpcheck render data/scene/veach_a3.toml --sheet
+      warpcheck converge data/scene/veach_a3.toml     error against run time, strategy by strategy
+      warpcheck agree data/scene/cornell.toml         do the strategies estimate the same picture?
       warpcheck render data/scene/cornell.toml --error 0.02 --film
       warpcheck plan data/scene/cornell.toml          what the scene needs, and what is left out
 

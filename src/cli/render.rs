@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use warpcheck::estimator::{Integrator, Plan, Progress, Rendered, Settings, Strategy, render};
-use warpcheck::picture::{Canvas, Sheet, Tile, Tone, write_exr, write_png};
-use warpcheck::scene::{Display, Scene};
+use warpcheck::picture::{Canvas, Sheet, Tile, write_exr, write_png};
+use warpcheck::scene::Scene;
 
 #[derive(Args)]
 pub struct Arguments {
@@ -19,10 +19,10 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',')]
     strategy: Vec<Strategy>,
     /// Samples a pixel; several, separated by commas, give a picture each [default: 16, or as --time and --error say]
-    #[arg(long, value_parser = passes, value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(long, value_parser = common::passes, value_delimiter = ',', allow_negative_numbers = true)]
     spp: Vec<u32>,
     /// Also a picture after each of these numbers of samples a pixel, separated by commas
-    #[arg(long, value_parser = passes, value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(long, value_parser = common::passes, value_delimiter = ',', allow_negative_numbers = true)]
     snapshots: Vec<u32>,
     /// Stop each strategy after this many seconds of rendering, those of a resumed film included
     #[arg(long, value_name = "SECONDS", value_parser = common::seconds)]
@@ -61,16 +61,11 @@ fn is_enough(arguments: &Arguments, progress: &Progress) -> bool {
     timed || arguments.error.is_some_and(small)
 }
 
-fn passes(text: &str) -> Result<u32, String> {
-    let count = common::count(text)?;
-    u32::try_from(count).ok().filter(|&n| n <= MOST_PASSES).ok_or_else(|| "too many: at most 1e9".to_owned())
-}
-
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let open_ended = arguments.time.is_some() || arguments.error.is_some();
     let (strategies, mut counts) = match arguments.sheet {
         true => (
-            or(
+            common::or(
                 &arguments.strategy,
                 &[
                     Strategy::Brdf,
@@ -80,11 +75,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                     Strategy::Mis { brdf_weight: 0.25 },
                 ],
             ),
-            or(&arguments.spp, &[1, 10, 100]),
+            common::or(&arguments.spp, &[1, 10, 100]),
         ),
         false => {
             let most = if open_ended { MOST_PASSES } else { 16 };
-            (or(&arguments.strategy, &[Strategy::Mis { brdf_weight: 0.5 }]), or(&arguments.spp, &[most]))
+            (
+                common::or(&arguments.strategy, &[Strategy::Mis { brdf_weight: 0.5 }]),
+                common::or(&arguments.spp, &[most]),
+            )
         }
     };
     let most = counts.iter().copied().max().unwrap_or(1);
@@ -107,7 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let stop = common::stop_on_ctrl_c();
     let _folder = OutputFolder::make(&arguments.out)?;
     let bar = common::progress(u64::from(most) * strategies.len() as u64, "passes");
-    let stem = arguments.scene.file_stem().map_or_else(|| "scene".into(), |s| s.to_string_lossy());
+    let stem = common::stem(&arguments.scene);
     let mut sheet = Sheet::new(format!("{stem}: strategies at equal samples"))
         .notes(format!(
             "{} x {} pixels, seed {}; direct light only",
@@ -168,19 +166,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(if stop.load(Ordering::Relaxed) { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }
 
-fn or<T: Clone>(told: &[T], otherwise: &[T]) -> Vec<T> {
-    if told.is_empty() { otherwise.to_vec() } else { told.to_vec() }
-}
-
 /// Writes the linear EXR and the PNG as the scene shows it.
 fn write(scene: &Scene, rendered: &Rendered, path: &Path) -> Result<Canvas> {
     let picture = rendered.film.picture();
-    let stops = scene.picture.exposure.log2();
-    let canvas = match scene.picture.display {
-        Display::Srgb => Tone::Srgb { stops },
-        Display::Gamma22 => Tone::Gamma { stops },
-    }
-    .show(&picture);
+    let canvas = common::tone(scene).show(&picture);
     write_exr(common::with_extension(path, "exr"), &picture)?;
     write_png(common::with_extension(path, "png"), &canvas)?;
     Ok(canvas)

@@ -23,6 +23,9 @@
 //! | `render` | passes over the picture: [`render`], [`Rendered`] |
 //! | `saved` | a film on disk, to go on with: [`Rendered::save`], [`Rendered::open`] |
 //! | `agreement` | do two pictures agree? [`compare`], [`Agreement`] |
+//! | `agree` | do several agree, tile by tile, and how closely? [`agree()`], [`Accord`] |
+//! | `convergence` | error against run time: [`convergence()`], [`Convergence`] |
+//! | `clock` | CPU time of a thread: [`Clock`] |
 //!
 //! ```no_run
 //! use warpcheck::estimator::{Lights, Rules, Settings, Strategy, compare, render};
@@ -39,8 +42,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod agree;
 mod agreement;
 mod brdf;
+mod clock;
+mod convergence;
 mod error;
 mod film;
 mod integrator;
@@ -51,8 +57,16 @@ mod render;
 mod saved;
 mod strategy;
 
+pub use agree::{
+    Accord, CONFIDENCE as AGREEMENT_CONFIDENCE, Criteria, Doubt, Estimate, Pair, TileTest, agree, sample,
+};
 pub use agreement::{Agreement, Deviation, Judgement, Rules, compare};
 pub use brdf::{Brdf, Reflection};
+pub use clock::{Clock, Cost};
+pub use convergence::{
+    Budget, CONFIDENCE, Convergence, Curve, Experiment, Interval, Measured, OUTLIERS, Reference, Region,
+    Rung, Truth, WINNER_TILE, convergence, regions_by_material,
+};
 pub use error::Error;
 pub use film::{Blocks, Film, Pixel};
 pub use integrator::{Integrator, VARIATES};
