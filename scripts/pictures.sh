@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the pictures of README.md anew, in docs/. A minute on two cores, and a quarter of an hour for the calibration.
+# Makes the pictures of README.md anew, in docs/. Some minutes on two cores, and a quarter of an hour for the calibration.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=$(mktemp -d)
@@ -13,5 +13,7 @@ warpcheck histogram data/env/spruit_sunrise_512.hdr --samples 10M
 cp "$out/spruit_sunrise_512-10M.png" docs/histogram.png
 warpcheck render data/scene/veach_a3.toml --sheet
 cp "$out/veach_a3-sheet.png" docs/sheet.png
+warpcheck converge data/scene/veach_a3.toml --strategy brdf,light,mis:0.5,mis:0.75 --reference mis:0.75 --spp 96
+cp "$out/veach_a3-converge.svg" docs/converge.svg
 warpcheck calibrate
 cp "$out/calibration.svg" docs/calibration.svg

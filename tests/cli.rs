@@ -77,7 +77,9 @@ fn help_fits_a_screen() {
     let folder = tempdir().unwrap();
     let help = exits(&folder, "--help", 0);
     assert!(help.lines().count() <= 50 && help.lines().all(|line| line.chars().count() <= 100), "{help}");
-    for verb in ["verify", "calibrate", "faults", "stress", "histogram", "render"] {
+    for verb in
+        ["verify", "calibrate", "faults", "stress", "histogram", "render", "plan", "converge", "agree"]
+    {
         let help = exits(&folder, &format!("{verb} --help"), 0);
         assert!(help.lines().count() <= 50 && help.lines().all(|line| line.chars().count() <= 100), "{help}");
         assert_eq!(exits(&folder, &format!("help {verb}"), 0), help);
@@ -96,6 +98,9 @@ fn help_fits_a_screen() {
       stress     Give samplers inputs that break f32, and tell what happened beside what should
       histogram  Draw samples of a map or of a shipped sampler and write their histogram
       render     Render a scene with one strategy, or all of them as a contact sheet
+      converge   Measure the error of strategies against run time
+      agree      Find out whether strategies agree with one another and with a reference
+      plan       Show what a scene needs and what is left out, and why
       help       Print this message or the help of the given subcommand(s)
 
     Options:
@@ -117,6 +122,10 @@ fn help_fits_a_screen() {
       warpcheck histogram triangle/low-distortion     a shipped sampler on its own domain
       warpcheck render data/scene/veach_a3.toml --strategy mis:0.5 --spp 64
       warpcheck render data/scene/veach_a3.toml --sheet
+      warpcheck converge data/scene/veach_a3.toml     error against run time, strategy by strategy
+      warpcheck agree data/scene/cornell.toml         do the strategies estimate the same picture?
+      warpcheck render data/scene/cornell.toml --error 0.02 --film
+      warpcheck plan data/scene/cornell.toml          what the scene needs, and what is left out
 
     Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive, 130 Ctrl-C (what was done is kept).
     Counts take the suffixes k, M and G. Same seed, same bits, on any number of threads.
@@ -686,6 +695,83 @@ fn the_contact_sheet_shows_strategies_by_counts() {
     assert!(narrow < width - 200 && low < height - 3 * 256, "{narrow} x {low}");
 }
 
+#[test]
+fn a_film_goes_on_where_it_stopped() {
+    let folder = tempdir().unwrap();
+    small_scene(&folder);
+    let lit = "render stamp.toml --strategy mis-two --lights power/d2 --triangles solid-angle";
+    let said = exits(&folder, &format!("{lit} --spp 3 --film --out a"), 0);
+    assert!(said.ends_with("film: a/stamp-mis-two.film\n"), "{said}");
+    exits(&folder, &format!("{lit} --spp 6 --snapshots 4,5,9 --resume a/stamp-mis-two.film --out b"), 0);
+    exits(&folder, &format!("{lit} --spp 6 --film --out c"), 0);
+    let picture = |out: &str| fs::read(folder.path().join(out).join("stamp-mis-two-6spp.exr")).unwrap();
+    assert!(picture("b") == picture("c"));
+    let snapshots: Vec<_> =
+        [4, 5, 6].iter().flat_map(|n| ["exr", "png"].map(|e| format!("stamp-mis-two-{n}spp.{e}"))).collect();
+    assert_eq!(files(&folder.path().join("b")), snapshots);
+    for (words, part) in [
+        (format!("{lit} --seed 2 --resume a/stamp-mis-two.film"), "a film of another seed: 1, not 2"),
+        (
+            format!("{lit} --spp 2 --resume a/stamp-mis-two.film"),
+            "the film has 3 passes already, more than --spp 2",
+        ),
+        (
+            "render stamp.toml --resume a/stamp-mis-two.film".into(),
+            "a film of another strategy: mis-two, not mis:0.5",
+        ),
+        (format!("render {CORNELL} --resume a/stamp-mis-two.film"), "a film of another picture: 24 x 24"),
+        ("render stamp.toml --strategy brdf,light --resume a/stamp-mis-two.film".into(), "2 were named"),
+        ("render stamp.toml --map sky.hdr".into(), "has no [environment]"),
+        ("render stamp.toml --lights distance".into(), "must be one of area, power, power/d2"),
+    ] {
+        let Output { status, stdout, stderr } = warpcheck(&folder, &words).output().unwrap();
+        let said = text(&stderr);
+        assert_eq!((status.code(), text(&stdout).as_str()), (Some(2), ""), "{words}: {said}");
+        assert!(said.contains(part) && said.lines().count() == 1, "{words}: {said}");
+    }
+}
+
+#[test]
+fn rendering_stops_at_an_error_or_a_time() {
+    let folder = tempdir().unwrap();
+    small_scene(&folder);
+    let passes = |out: &str| -> u32 {
+        let files = files(&folder.path().join(out));
+        let stem =
+            files.iter().find_map(|f| f.strip_prefix("stamp-light-")?.strip_suffix("spp.exr")).unwrap();
+        stem.parse().unwrap()
+    };
+    let error = |e: f64, out: &str| {
+        exits(&folder, &format!("render stamp.toml --strategy light --error {e} --out {out}"), 0);
+        passes(out)
+    };
+    // Half the error, four times the samples.
+    let (rough, fine) = (error(0.1, "rough"), error(0.05, "fine"));
+    assert!(rough >= 16 && fine > 2 * rough && fine < 8 * rough, "{rough} {fine}");
+    assert!((16..=rough).contains(&error(0.99, "least")));
+    exits(&folder, "render stamp.toml --strategy light --time 0.05 --out timed", 0);
+    assert!(passes("timed") >= 1);
+}
+
+#[test]
+fn a_plan_is_printed() {
+    let folder = tempdir().unwrap();
+    let said = exits(&folder, &format!("plan {CORNELL} --strategy brdf --json plan.json"), 0);
+    assert!(
+        said.contains("left out  emitter table") && said.contains("no strategy draws from the lights"),
+        "{said}"
+    );
+    let plan = json(&folder.path().join("plan.json"));
+    let parts = plan["parts"].as_array().unwrap();
+    let table = parts.iter().find(|p| p["name"] == "emitter table").unwrap();
+    assert_eq!((table["built"].as_bool(), table["bytes"].as_u64()), (Some(false), Some(0)));
+    let said = exits(&folder, &format!("plan {CORNELL} --lights power/d2"), 0);
+    assert!(
+        said.contains("built     emitter table") && said.contains("a tree of powers over 2 emitters"),
+        "{said}"
+    );
+}
+
 // ---- Ctrl-C and closed pipes ----
 
 /// Starts it, presses Ctrl-C a moment after it has made `out`, and returns what it printed.
@@ -759,16 +845,22 @@ fn ctrl_c_keeps_the_histogram_so_far() {
 fn ctrl_c_keeps_the_passes_so_far() {
     let folder = tempdir().unwrap();
     small_scene(&folder);
-    let out =
-        interrupted(&folder, "render stamp.toml --sheet --strategy light,brdf --spp 1,1000000 --out out");
-    assert_eq!(out.lines().count(), 3, "{out}");
+    let out = interrupted(
+        &folder,
+        "render stamp.toml --sheet --strategy light,brdf --spp 1,1000000 --film --out out",
+    );
+    assert_eq!(out.lines().count(), 4, "{out}");
     let stems = ["stamp-light-1000000spp", "stamp-light-1spp"];
     let mut expected: Vec<_> =
         stems.iter().flat_map(|s| ["exr", "png"].map(|e| format!("{s}.{e}"))).collect();
+    expected.push("stamp-light.film".to_owned());
     expected.push("stamp-sheet.png".to_owned());
     assert_eq!(files(&folder.path().join("out")), expected);
-    for name in expected {
-        let path = folder.path().join("out").join(&name);
+    let go_on = "render stamp.toml --strategy light --spp 1 --resume out/stamp-light.film";
+    let said = text(&warpcheck(&folder, go_on).output().unwrap().stderr);
+    assert!(said.contains("passes already"), "{said}");
+    for name in expected.iter().filter(|name| !name.ends_with("film")) {
+        let path = folder.path().join("out").join(name);
         match name.ends_with("exr") {
             true => assert_eq!(size(&read(path).unwrap()), (24, 24)),
             false => drop(png(path)),

@@ -14,7 +14,7 @@ use std::{
 };
 use warpcheck::scene::{
     BruteForce, Bvh, Camera, Convention, Display, Error, FovAxis, Material, Mesh, Ray, RayQueries, Scene,
-    UpAxis, View, offset_origin, offset_unit,
+    TriangleList, UpAxis, View, offset_origin, offset_unit,
 };
 
 fn data(name: &str) -> PathBuf {
@@ -25,7 +25,14 @@ fn load(name: &str) -> Scene {
     Scene::load(data("scene").join(name)).unwrap_or_else(|e| panic!("{e}"))
 }
 
-const SCENES: [&str; 4] = ["veach_a3.toml", "cornell.toml", "spot_env.toml", "veach_marschner.toml"];
+const SCENES: [&str; 6] = [
+    "veach_a3.toml",
+    "cornell.toml",
+    "spot_env.toml",
+    "veach_marschner.toml",
+    "three_spheres.toml",
+    "lamps_and_sky.toml",
+];
 
 // ---- what ships ----
 
@@ -262,6 +269,8 @@ fn broken_scene_files_are_refused_with_their_line() {
         (mesh, "rotate_y_degrees = nan", ["s.toml:4", "`mesh.rotate_y_degrees`"]),
         (mesh, "material = { kd = [1, -1, 0] }", ["s.toml:4", "`mesh.material.kd` has a negative"]),
         (mesh, "material = { ns = -1 }", ["s.toml:4", "`mesh.material.ns` is -1"]),
+        (mesh, "material = { roughness = 0 }", ["s.toml:4", "`mesh.material.roughness` is 0"]),
+        (mesh, "material = { roughness = nan }", ["s.toml:4", "`mesh.material.roughness` is NaN"]),
         (mesh, "material = { kd = [1, 0.7, 0], ks = [0, 0.7, 0] }", ["m.obj", "1.4 in channel 1"]),
         (mesh, "material = { ke = [0, 0, 0] }", ["s.toml", "nothing emits light"]),
         ("\"m.obj\"", "\"gone.obj\"", ["gone.obj", "cannot read"]),
@@ -433,7 +442,7 @@ fn random_ray(rng: &mut ChaCha8Rng, (low, high): (Vec3, Vec3)) -> Ray {
 
 /// Checks that both find the same hit, or two at the same t (a shared edge); true if it is the same one.
 #[track_caller]
-fn agree(ray: &Ray, fast: &Bvh, brute: &BruteForce) -> bool {
+fn agree(ray: &Ray, fast: &impl RayQueries, brute: &BruteForce) -> bool {
     let (a, b) = (fast.closest(ray), brute.closest(ray));
     let rim = |h: warpcheck::scene::Hit| h.u.min(h.v).min(1.0 - h.u - h.v);
     match (a, b) {
@@ -464,6 +473,14 @@ fn fast_rays_agree_with_brute_force() {
         let same = (0..rays).filter(|_| agree(&random_ray(&mut rng, bounds), &fast, &brute)).count();
         println!("{name}: {same} of {rays} rays hit");
         assert!(same > rays / 40, "{name}: {same}");
+        if triangles.len() < 2000 {
+            let list = TriangleList::new(&triangles);
+            let mut rng = ChaCha8Rng::seed_from_u64(20);
+            assert_eq!(
+                (0..rays).filter(|_| agree(&random_ray(&mut rng, bounds), &list, &brute)).count(),
+                same
+            );
+        }
     }
 }
 

@@ -88,8 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     bar.finish_and_clear();
     let stopped = stop.load(Ordering::Relaxed);
 
-    let style = common::style();
-    print(&report::calibration_table(&calibration, style))?;
+    print(&report::calibration_table(&calibration, common::style()))?;
     if stopped {
         print(&format!("stopped: {} of {} runs were made\n", calibration.runs, arguments.runs))?;
     }

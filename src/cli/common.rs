@@ -7,7 +7,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use warpcheck::catalogue::{self, Entry};
+use warpcheck::estimator::{LightSampling, Selection};
+use warpcheck::picture::{Picture, Tone};
 use warpcheck::report::Style;
+use warpcheck::sampler::Placement;
+use warpcheck::scene::{Display, Scene};
 
 /// Where pictures go unless told.
 pub const DEFAULT_OUT: &str = "warpcheck-out";
@@ -42,6 +46,12 @@ pub fn count(text: &str) -> Result<u64, String> {
     Ok(whole as u64)
 }
 
+/// A count of samples a pixel.
+pub fn passes(text: &str) -> Result<u32, String> {
+    let most = |&n: &u32| n <= 1_000_000_000;
+    u32::try_from(count(text)?).ok().filter(most).ok_or_else(|| "too many: at most 1e9".to_owned())
+}
+
 /// A probability strictly between 0 and 1.
 pub fn level(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -55,6 +65,39 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x > 0.0 && x < 1e9 => Ok(x),
         _ => Err("must be a positive number of seconds".to_owned()),
+    }
+}
+
+/// How a scene is lit: what `render` and `plan` have in common.
+#[derive(clap::Args)]
+pub struct LightArguments {
+    /// How triangles of the emitters are selected: area, power or power/d2
+    #[arg(long, value_name = "HOW", default_value_t)]
+    lights: Selection,
+    /// How points on them are placed: area or solid-angle
+    #[arg(long, value_name = "HOW", default_value_t)]
+    triangles: Placement,
+    /// An environment map in place of the scene's
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+}
+
+impl LightArguments {
+    /// How the emitters are sampled.
+    pub fn sampling(&self) -> LightSampling {
+        LightSampling { selection: self.lights, placement: self.triangles }
+    }
+
+    /// The scene, under the map that was named.
+    pub fn scene(&self, file: &Path) -> Result<Scene> {
+        let mut scene = Scene::load(file)?;
+        if let Some(map) = &self.map {
+            let Some(environment) = &mut scene.environment else {
+                bail!("--map replaces the map of a scene, but {} has no [environment]", file.display());
+            };
+            environment.file.clone_from(map);
+        }
+        Ok(scene)
     }
 }
 
@@ -190,6 +233,39 @@ pub fn progress(total: u64, unit: &str) -> ProgressBar {
 }
 
 pub use warpcheck::picture::file_stem;
+
+/// What was told, or something otherwise.
+pub fn or<T: Clone>(told: &[T], otherwise: &[T]) -> Vec<T> {
+    if told.is_empty() { otherwise.to_vec() } else { told.to_vec() }
+}
+
+/// What a scene is called.
+pub fn stem(scene: &Path) -> String {
+    scene.file_stem().map_or_else(|| "scene".into(), |s| s.to_string_lossy().into_owned())
+}
+
+/// How a scene wants its picture to be shown.
+pub fn tone(scene: &Scene) -> Tone {
+    let stops = scene.picture.exposure.log2();
+    match scene.picture.display {
+        Display::Srgb => Tone::Srgb { stops },
+        Display::Gamma22 => Tone::Gamma { stops },
+    }
+}
+
+/// Reads a picture that has to have the size of the scene's.
+pub fn reference(scene: &Scene, file: &Path) -> Result<Picture> {
+    let picture = warpcheck::picture::read(file)?;
+    let (size, wanted) = ((picture.width(), picture.height()), (scene.picture.width, scene.picture.height));
+    if size != (wanted.0 as usize, wanted.1 as usize) {
+        let (file, (width, height)) = (file.display(), wanted);
+        bail!("{file} has {} x {} pixels, the scene's picture {width} x {height}", size.0, size.1);
+    }
+    if picture.first_bad_texel().is_some() {
+        bail!("{} has texels that are no radiance", file.display());
+    }
+    Ok(picture)
+}
 
 /// An error and its causes in one line; a cause that the error quotes is not said again.
 pub fn sentence(error: &anyhow::Error) -> String {

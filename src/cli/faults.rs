@@ -97,8 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let style = common::style();
-    print(&report::fault_table(&outcomes, &found, style))?;
+    print(&report::fault_table(&outcomes, &found, common::style()))?;
     if let Some(file) = &arguments.json {
         let json = format!("{:#}\n", report::faults_to_json(&outcomes, &found, &plan));
         write_atomically(file, |out| out.write_all(json.as_bytes()))?;

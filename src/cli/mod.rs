@@ -1,9 +1,12 @@
 //! The command line: one file a command, each arguments, call, report, exit code.
 
+mod agree;
 mod calibrate;
 mod common;
+mod converge;
 mod faults;
 mod histogram;
+mod plan;
 mod render;
 mod stress;
 mod verify;
@@ -35,6 +38,12 @@ enum Command {
     Histogram(histogram::Arguments),
     /// Render a scene with one strategy, or all of them as a contact sheet
     Render(render::Arguments),
+    /// Measure the error of strategies against run time
+    Converge(converge::Arguments),
+    /// Find out whether strategies agree with one another and with a reference
+    Agree(agree::Arguments),
+    /// Show what a scene needs and what is left out, and why
+    Plan(plan::Arguments),
 }
 
 const AFTER_HELP: &str = "\
@@ -50,6 +59,10 @@ Examples:
   warpcheck histogram triangle/low-distortion     a shipped sampler on its own domain
   warpcheck render data/scene/veach_a3.toml --strategy mis:0.5 --spp 64
   warpcheck render data/scene/veach_a3.toml --sheet
+  warpcheck converge data/scene/veach_a3.toml     error against run time, strategy by strategy
+  warpcheck agree data/scene/cornell.toml         do the strategies estimate the same picture?
+  warpcheck render data/scene/cornell.toml --error 0.02 --film
+  warpcheck plan data/scene/cornell.toml          what the scene needs, and what is left out
 
 Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive, 130 Ctrl-C (what was done is kept).
 Counts take the suffixes k, M and G. Same seed, same bits, on any number of threads.";
@@ -72,6 +85,9 @@ pub fn run() -> ExitCode {
         Some(Command::Stress(arguments)) => stress::run(&arguments),
         Some(Command::Histogram(arguments)) => histogram::run(&arguments),
         Some(Command::Render(arguments)) => render::run(&arguments),
+        Some(Command::Converge(arguments)) => converge::run(&arguments),
+        Some(Command::Agree(arguments)) => agree::run(&arguments),
+        Some(Command::Plan(arguments)) => plan::run(&arguments),
     };
     result.unwrap_or_else(|error| {
         eprintln!("warpcheck: {}", common::sentence(&error));

@@ -1,25 +1,43 @@
 //! `warpcheck render`: a scene with one strategy or several, progressively, and the contact sheet of them all.
 
-use super::common::{self, DEFAULT_OUT, OutputFolder};
-use anyhow::Result;
+use super::common::{self, DEFAULT_OUT, LightArguments, OutputFolder};
+use anyhow::{Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
-use warpcheck::estimator::{Lights, Rendered, Settings, Strategy, render};
-use warpcheck::picture::{Canvas, Sheet, Tile, Tone, write_exr, write_png};
-use warpcheck::scene::{Display, Scene};
+use warpcheck::estimator::{Integrator, Plan, Progress, Rendered, Settings, Strategy, render};
+use warpcheck::picture::{Canvas, Sheet, Tile, write_exr, write_png};
+use warpcheck::scene::Scene;
 
 #[derive(Args)]
 pub struct Arguments {
     /// The scene file (TOML)
     scene: PathBuf,
-    /// uniform, brdf, light or mis:C, C the weight of the BRDF; several, separated by commas [default: mis:0.5]
+    /// uniform, brdf, light, mis:C (C the weight of the BRDF), mis:auto, mis-two or mis-two:power; several, separated by commas
+    /// [default: mis:0.5]
     #[arg(long, value_delimiter = ',')]
     strategy: Vec<Strategy>,
-    /// Samples a pixel; several, separated by commas, give a picture each [default: 16]
-    #[arg(long, value_parser = passes, value_delimiter = ',', allow_negative_numbers = true)]
+    /// Samples a pixel; several, separated by commas, give a picture each [default: 16, or as --time and --error say]
+    #[arg(long, value_parser = common::passes, value_delimiter = ',', allow_negative_numbers = true)]
     spp: Vec<u32>,
+    /// Also a picture after each of these numbers of samples a pixel, separated by commas
+    #[arg(long, value_parser = common::passes, value_delimiter = ',', allow_negative_numbers = true)]
+    snapshots: Vec<u32>,
+    /// Stop each strategy after this many seconds of rendering, those of a resumed film included
+    #[arg(long, value_name = "SECONDS", value_parser = common::seconds)]
+    time: Option<f64>,
+    /// Stop each strategy when the relative standard error of its pixels, in root mean square, is down to this
+    #[arg(long, value_name = "RELATIVE", value_parser = common::level)]
+    error: Option<f64>,
+    #[command(flatten)]
+    lights: LightArguments,
+    /// Keep the film of each strategy, to go on with it later
+    #[arg(long)]
+    film: bool,
+    /// Go on with a film of the same scene, strategy and seed
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
     /// All pictures on one contact sheet [default: brdf, light, mis 3/4, 1/2, 1/4 at 1, 10, 100 spp]
     #[arg(long)]
     sheet: bool,
@@ -31,18 +49,23 @@ pub struct Arguments {
     out: PathBuf,
 }
 
-fn passes(text: &str) -> Result<u32, String> {
-    let count = common::count(text)?;
-    u32::try_from(count)
-        .ok()
-        .filter(|&n| n <= 1_000_000_000)
-        .ok_or_else(|| "too many: at most 1e9".to_owned())
+/// The most samples a pixel.
+const MOST_PASSES: u32 = 1_000_000_000;
+/// Below this many samples a pixel no standard error is believed.
+const LEAST_PASSES: u32 = 16;
+
+/// Whether the time or the error that was asked for is reached.
+fn is_enough(arguments: &Arguments, progress: &Progress) -> bool {
+    let timed = arguments.time.is_some_and(|seconds| progress.time.as_secs_f64() >= seconds);
+    let small = |error| progress.passes >= LEAST_PASSES && progress.film.relative_error() <= error;
+    timed || arguments.error.is_some_and(small)
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let open_ended = arguments.time.is_some() || arguments.error.is_some();
     let (strategies, mut counts) = match arguments.sheet {
         true => (
-            or(
+            common::or(
                 &arguments.strategy,
                 &[
                     Strategy::Brdf,
@@ -52,19 +75,37 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                     Strategy::Mis { brdf_weight: 0.25 },
                 ],
             ),
-            or(&arguments.spp, &[1, 10, 100]),
+            common::or(&arguments.spp, &[1, 10, 100]),
         ),
-        false => (or(&arguments.strategy, &[Strategy::Mis { brdf_weight: 0.5 }]), or(&arguments.spp, &[16])),
+        false => {
+            let most = if open_ended { MOST_PASSES } else { 16 };
+            (
+                common::or(&arguments.strategy, &[Strategy::Mis { brdf_weight: 0.5 }]),
+                common::or(&arguments.spp, &[most]),
+            )
+        }
     };
+    let most = counts.iter().copied().max().unwrap_or(1);
+    counts.extend(arguments.snapshots.iter().filter(|&&spp| spp < most));
     counts.sort_unstable();
     counts.dedup();
-    let scene = Scene::load(&arguments.scene)?;
-    let lights = Lights::load(&scene)?;
+    if arguments.resume.is_some() && strategies.len() > 1 {
+        bail!("--resume goes on with the film of one strategy, but {} were named", strategies.len());
+    }
+    let scene = arguments.lights.scene(&arguments.scene)?;
+    let plan = Plan::of(&scene, &strategies, arguments.lights.sampling())?;
+    let lights = plan.lights();
+    let resumed = match &arguments.resume {
+        Some(film) => Some(Rendered::open(film, &scene, lights, strategies[0], arguments.seed)?),
+        None => None,
+    };
+    if let Some(done) = resumed.as_ref().filter(|done| done.passes > most) {
+        bail!("the film has {} passes already, more than --spp {most}", done.passes);
+    }
     let stop = common::stop_on_ctrl_c();
     let _folder = OutputFolder::make(&arguments.out)?;
-    let most = counts.last().copied().unwrap_or(1);
     let bar = common::progress(u64::from(most) * strategies.len() as u64, "passes");
-    let stem = arguments.scene.file_stem().map_or_else(|| "scene".into(), |s| s.to_string_lossy());
+    let stem = common::stem(&arguments.scene);
     let mut sheet = Sheet::new(format!("{stem}: strategies at equal samples"))
         .notes(format!(
             "{} x {} pixels, seed {}; direct light only",
@@ -75,15 +116,22 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     for (i, &strategy) in strategies.iter().enumerate() {
         bar.set_message(format!("{stem} {strategy}"));
         let settings = Settings { spp: 0, seed: arguments.seed };
-        let mut rendered = render(&scene, &lights, strategy, settings, |_| true);
+        let mut rendered =
+            resumed.clone().unwrap_or_else(|| render(&scene, lights, strategy, settings, |_| true));
+        let integrator = Integrator::new(&scene, lights, strategy);
         let mut tiles = Vec::new();
-        for &spp in &counts {
-            rendered.resume(&scene, &lights, spp, |progress| {
+        let mut enough = false;
+        let begun = rendered.passes;
+        for &spp in counts.iter().filter(|&&spp| spp >= begun) {
+            rendered.resume_with(&integrator, spp, |progress| {
                 bar.set_position(i as u64 * u64::from(most) + u64::from(progress.passes));
-                !stop.load(Ordering::Relaxed)
+                enough = is_enough(arguments, &progress);
+                !enough && !stop.load(Ordering::Relaxed)
             });
             if rendered.passes > 0 {
-                let path = arguments.out.join(common::file_stem(&format!("{stem}-{strategy}-{spp}spp")));
+                // As many as there are, if how many there should be was for --time or --error to say.
+                let named = if open_ended { rendered.passes } else { spp };
+                let path = arguments.out.join(common::file_stem(&format!("{stem}-{strategy}-{named}spp")));
                 let canvas = write(&scene, &rendered, &path)?;
                 bar.suspend(|| say(&rendered, &path))?;
                 let seconds = rendered.time.as_secs_f64();
@@ -92,9 +140,15 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                     false => format!("{seconds:.1} s"),
                 }));
             }
-            if stop.load(Ordering::Relaxed) {
+            if enough || stop.load(Ordering::Relaxed) {
                 break;
             }
+        }
+        if arguments.film && rendered.passes > 0 {
+            let path = arguments.out.join(common::file_stem(&format!("{stem}-{strategy}")));
+            let path = common::with_extension(&path, "film");
+            rendered.save(&path, &scene, lights)?;
+            bar.suspend(|| common::print(&format!("film: {}\n", path.display())))?;
         }
         if !tiles.is_empty() {
             sheet = sheet.row(strategy.to_string(), tiles);
@@ -112,19 +166,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(if stop.load(Ordering::Relaxed) { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }
 
-fn or<T: Clone>(told: &[T], otherwise: &[T]) -> Vec<T> {
-    if told.is_empty() { otherwise.to_vec() } else { told.to_vec() }
-}
-
 /// Writes the linear EXR and the PNG as the scene shows it.
 fn write(scene: &Scene, rendered: &Rendered, path: &Path) -> Result<Canvas> {
     let picture = rendered.film.picture();
-    let stops = scene.picture.exposure.log2();
-    let canvas = match scene.picture.display {
-        Display::Srgb => Tone::Srgb { stops },
-        Display::Gamma22 => Tone::Gamma { stops },
-    }
-    .show(&picture);
+    let canvas = common::tone(scene).show(&picture);
     write_exr(common::with_extension(path, "exr"), &picture)?;
     write_png(common::with_extension(path, "png"), &canvas)?;
     Ok(canvas)

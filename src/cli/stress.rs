@@ -48,8 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     bar.finish_and_clear();
     let stopped = done.len() < total;
 
-    let style = common::style();
-    print(&report::stress_table(&done, style))?;
+    print(&report::stress_table(&done, common::style()))?;
     if stopped {
         print(&format!("stopped: {} of {total} rows were run\n", done.len()))?;
     }

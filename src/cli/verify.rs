@@ -136,8 +136,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             "warpcheck verify {name} --samples {samples} --seed {seed} --alpha {alpha:?}{anytime}{without}{data}"
         )
     };
-    let style = common::style();
-    print(&report::table(&report, style, replay))?;
+    print(&report::table(&report, common::style(), replay))?;
     if stopped {
         print(&format!(
             "stopped: {} of {} samplers were examined\n",

@@ -7,6 +7,10 @@
 //! - convention `mtl`: f_r = K_d / pi + K_s p_phong, n = N_s;
 //! - convention `kd-phong`: f_r = K_d / pi if N_s <= 1, otherwise K_d p_phong with n = N_s and nothing else.
 //!
+//! A material with a roughness has a GGX lobe D G2 / (4 cos theta_o cos theta_i) ([`GgxVisibleNormals`], Fresnel's factor 1) in place of
+//! p_phong in f_r, and its visible normals' density in place of p_phong in what follows. Its albedo is under 1: light that would be
+//! scattered twice among the facets is lost.
+//!
 //! (The lobe is normalised over the sphere about r, not with the cosine of the surface: a mirror direction at
 //! normal incidence reflects (n + 1)/(n + 2), and at grazing angles what falls under the surface is lost.
 //! Lafortune and Willems 1994 have n + 2.)
@@ -16,19 +20,39 @@
 //! cosine is taken from the chord
 //! |w - r|: at n = 1e6 the dot product of two `f32` vectors has no digits left.
 
-use crate::sampler::{CosineHemisphere, PhongLobe};
+use crate::sampler::{CosineHemisphere, GgxVisibleNormals, PhongLobe};
 use crate::scene::{Convention, Material};
 use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
+
+/// Sets of glossy lobes, for code that is compiled once a set: what is not in it is not tested for.
+pub(super) type Lobes = u8;
+pub(super) const NO_LOBES: Lobes = 0;
+pub(super) const PHONG: Lobes = 1;
+pub(super) const GGX: Lobes = 2;
+pub(super) const ALL_LOBES: Lobes = PHONG | GGX;
 
 /// A material under a convention, for all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reflection {
     diffuse: Vec3,
     glossy: Vec3,
-    exponent: f32,
+    shape: Shape,
     /// g: the probability of drawing from the lobe.
     glossy_share: f32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Shape {
+    Phong { exponent: f32 },
+    Ggx { alpha: f32 },
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Lobe {
+    None,
+    Phong(PhongLobe),
+    Ggx(GgxVisibleNormals),
 }
 
 /// A material seen from a direction.
@@ -46,23 +70,32 @@ pub struct Reflection {
 #[derive(Clone, Copy, Debug)]
 pub struct Brdf {
     reflection: Reflection,
-    lobe: Option<PhongLobe>,
+    lobe: Lobe,
 }
 
 impl Reflection {
-    const BLACK: Self = Self { diffuse: Vec3::ZERO, glossy: Vec3::ZERO, exponent: 0.0, glossy_share: 0.0 };
+    const BLACK: Self = Self {
+        diffuse: Vec3::ZERO,
+        glossy: Vec3::ZERO,
+        shape: Shape::Phong { exponent: 0.0 },
+        glossy_share: 0.0,
+    };
 
     /// How a material reflects under a convention.
     pub fn new(material: &Material, convention: Convention) -> Self {
-        let Material { kd, ks, ns, .. } = *material;
+        let Material { kd, ks, ns, roughness, .. } = *material;
         let (diffuse, glossy) = match convention {
             Convention::Mtl => (kd, ks),
-            Convention::KdPhong if ns > 1.0 => (Vec3::ZERO, kd),
+            Convention::KdPhong if ns > 1.0 || roughness.is_some() => (Vec3::ZERO, kd),
             Convention::KdPhong => (kd, Vec3::ZERO),
         };
         let [d, g] = [diffuse, glossy].map(|k| k.max_element());
         let glossy_share = if g > 0.0 { g / (d + g) } else { 0.0 };
-        Self { diffuse, glossy, exponent: ns.clamp(0.0, f32::MAX), glossy_share }
+        let shape = match roughness {
+            Some(alpha) => Shape::Ggx { alpha: alpha.clamp(1e-4, 1.0) },
+            None => Shape::Phong { exponent: ns.clamp(0.0, f32::MAX) },
+        };
+        Self { diffuse, glossy, shape, glossy_share }
     }
 
     /// Whether nothing is reflected.
@@ -70,14 +103,38 @@ impl Reflection {
         self.diffuse == Vec3::ZERO && self.glossy == Vec3::ZERO
     }
 
+    /// The glossy lobe that it has.
+    pub(super) fn lobes(&self) -> Lobes {
+        match self.shape {
+            _ if !(self.glossy_share > 0.0) => NO_LOBES,
+            Shape::Phong { .. } => PHONG,
+            Shape::Ggx { .. } => GGX,
+        }
+    }
+
     /// The BRDF for a viewer in direction `out`, a unit vector; black, and without samples, unless it is above the surface.
     #[inline]
     pub fn seen_from(&self, out: Vec3) -> Brdf {
+        self.seen_among::<ALL_LOBES>(out)
+    }
+
+    /// The same for who knows that the lobe is in a set.
+    #[inline]
+    pub(super) fn seen_among<const LOBES: Lobes>(&self, out: Vec3) -> Brdf {
         if !(out.z > 0.0) {
-            return Brdf { reflection: Self::BLACK, lobe: None };
+            return Brdf { reflection: Self::BLACK, lobe: Lobe::None };
         }
-        let mirror = Vec3::new(-out.x, -out.y, out.z);
-        let lobe = if self.glossy_share > 0.0 { PhongLobe::new(mirror, self.exponent).ok() } else { None };
+        let glossy = LOBES != NO_LOBES && self.glossy_share > 0.0;
+        let lobe = match self.shape {
+            Shape::Phong { exponent } if LOBES & PHONG != 0 && glossy => {
+                let mirror = Vec3::new(-out.x, -out.y, out.z);
+                PhongLobe::new(mirror, exponent).map_or(Lobe::None, Lobe::Phong)
+            }
+            Shape::Ggx { alpha } if LOBES & GGX != 0 && glossy => {
+                GgxVisibleNormals::new(out, alpha).map_or(Lobe::None, Lobe::Ggx)
+            }
+            _ => Lobe::None,
+        };
         Brdf { reflection: *self, lobe }
     }
 }
@@ -87,14 +144,28 @@ impl Brdf {
     /// [`sample`](Self::sample) draws `w`. Both are 0 under the surface.
     #[inline]
     pub fn evaluate(&self, w: Vec3) -> (Vec3, f32) {
+        self.evaluate_among::<ALL_LOBES>(w)
+    }
+
+    /// The same for who knows that the lobe is in a set.
+    #[inline]
+    pub(super) fn evaluate_among<const LOBES: Lobes>(&self, w: Vec3) -> (Vec3, f32) {
         if w.z <= 0.0 || self.reflection.is_black() {
             return (Vec3::ZERO, 0.0);
         }
         let Reflection { diffuse, glossy, glossy_share: g, .. } = self.reflection;
         let cosine = (1.0 - g) * CosineHemisphere.density(w);
-        match self.lobe.map(|lobe| lobe.density(w)) {
-            Some(phong) => (diffuse * FRAC_1_PI + glossy * phong, cosine + g * phong),
-            None => (diffuse * FRAC_1_PI, cosine),
+        match &self.lobe {
+            Lobe::Phong(lobe) if LOBES & PHONG != 0 => {
+                let phong = lobe.density(w);
+                (diffuse * FRAC_1_PI + glossy * phong, cosine + g * phong)
+            }
+            Lobe::Ggx(lobe) if LOBES & GGX != 0 => {
+                let density = lobe.density(w);
+                let value = density * lobe.brdf_over_density(w);
+                (diffuse * FRAC_1_PI + glossy * value, cosine + g * density)
+            }
+            _ => (diffuse * FRAC_1_PI, cosine),
         }
     }
 
@@ -102,12 +173,21 @@ impl Brdf {
     /// the surface, or if nothing is reflected.
     #[inline]
     pub fn sample(&self, xi: [f32; 3]) -> Option<Vec3> {
+        self.sample_among::<ALL_LOBES>(xi)
+    }
+
+    /// The same for who knows that the lobe is in a set.
+    #[inline]
+    pub(super) fn sample_among<const LOBES: Lobes>(&self, xi: [f32; 3]) -> Option<Vec3> {
         if self.reflection.is_black() {
             return None;
         }
         let place = Vec2::new(xi[1], xi[2]);
         match &self.lobe {
-            Some(lobe) if xi[0] < self.reflection.glossy_share => lobe.sample(place),
+            Lobe::Phong(lobe) if LOBES & PHONG != 0 && xi[0] < self.reflection.glossy_share => {
+                lobe.sample(place)
+            }
+            Lobe::Ggx(lobe) if LOBES & GGX != 0 && xi[0] < self.reflection.glossy_share => lobe.sample(place),
             _ => Some(CosineHemisphere.sample(place)),
         }
     }
@@ -148,6 +228,32 @@ mod tests {
                 .map(weight)
                 .sum();
             assert!((sum / n as f64 - albedo).abs() < 2e-3, "{material:?}: {} for {albedo}", sum / n as f64);
+        }
+    }
+
+    /// The GGX lobe is reciprocal, and reflects all it receives but for what is masked: a smooth one everything.
+    #[test]
+    fn ggx_is_reciprocal_and_keeps_energy() {
+        let ggx = |alpha| {
+            let material = Material { roughness: Some(alpha), ..material(0.0, 1.0, 1.0) };
+            Reflection::new(&material, Convention::Mtl)
+        };
+        let (a, b) = (Vec3::new(0.6, 0.0, 0.8), Vec3::new(-0.48, 0.64, 0.6));
+        for alpha in [0.05, 0.3, 1.0] {
+            let [there, back] = [(a, b), (b, a)].map(|(o, i)| ggx(alpha).seen_from(o).evaluate(i).0.x);
+            assert!((there / back - 1.0).abs() < 1e-5, "{there} {back}");
+        }
+        for (alpha, least, most) in [(0.01, 0.995, 1.001), (0.3, 0.9, 1.0), (1.0, 0.3, 0.7)] {
+            let brdf = ggx(alpha).seen_from(a);
+            let (n, mut albedo) = (400, 0.0);
+            let mut rng = stream(2, "ggx", 0);
+            for _ in 0..n * n {
+                let xi = [(); 3].map(|()| to_f32(unit_f64(&mut rng)));
+                let Some(w) = brdf.sample(xi) else { continue };
+                let (f, p) = brdf.evaluate(w);
+                albedo += f64::from(f.x * w.z / p) / f64::from(n * n);
+            }
+            assert!((least..most).contains(&albedo), "alpha {alpha}: {albedo}");
         }
     }
 

@@ -33,10 +33,20 @@ pub enum Error {
         file: PathBuf,
     },
     /// Not the name of a strategy.
-    #[error("`{given}` is no strategy; it must be uniform, brdf, light, mis, or mis:C with C from 0 to 1")]
+    #[error(
+        "`{given}` is no strategy; it must be uniform, brdf, light, mis, mis:C with C from 0 to 1, mis:auto, mis-two, or mis-two:power"
+    )]
     Strategy {
         /// What was given.
         given: String,
+    },
+    /// Not the name of a way to sample lights.
+    #[error("`{given}` is no way to sample lights; it must be one of {known}")]
+    LightSampling {
+        /// What was given.
+        given: String,
+        /// What there is.
+        known: String,
     },
     /// Two pictures of different shape can't be compared.
     #[error("{} x {} blocks of {} pixels cannot be compared with {} x {} blocks of {}",

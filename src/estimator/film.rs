@@ -32,6 +32,16 @@ impl Pixel {
         self.count += other.count;
     }
 
+    /// The sums of the channels and of their squares, and the number of samples: everything.
+    pub(super) fn sums(&self) -> ([f64; 6], u64) {
+        let ([a, b, c], [d, e, f]) = (self.sum.to_array(), self.squares.to_array());
+        ([a, b, c, d, e, f], self.count)
+    }
+
+    pub(super) fn from_sums([a, b, c, d, e, f]: [f64; 6], count: u64) -> Self {
+        Self { sum: DVec3::new(a, b, c), squares: DVec3::new(d, e, f), count }
+    }
+
     /// How many samples.
     pub fn count(&self) -> u64 {
         self.count
@@ -117,6 +127,19 @@ impl Film {
         self.pixels.iter_mut().zip(&other.pixels).for_each(|(a, b)| a.merge(b));
     }
 
+    /// How far the picture is from its limit: the root of the mean squared standard error of the pixels' luminance, over their mean
+    /// luminance. Infinite below two samples a pixel, and without light.
+    ///
+    /// The channels of a sample are taken as fully correlated, so that the error of the luminance is the luminance of the errors: too careful
+    /// rather than too bold. What no sample has seen is not in it, as in any standard error.
+    pub fn relative_error(&self) -> f64 {
+        let luminance = |[r, g, b]: [f64; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        let n = self.pixels.len() as f64;
+        let squares = self.pixels.iter().map(|p| luminance(p.standard_error()).powi(2)).sum::<f64>() / n;
+        let mean = self.pixels.iter().map(|p| luminance(p.mean())).sum::<f64>() / n;
+        if mean > 0.0 { squares.sqrt() / mean } else { f64::INFINITY }
+    }
+
     /// The mean radiance as a picture.
     pub fn picture(&self) -> Picture {
         Picture::from_fn(self.width, self.height, |x, y| self.pixel(x, y).mean().map(|v| v as f32))
@@ -196,6 +219,37 @@ mod tests {
         // The mistake that this avoids.
         let stalled = (0..n).fold(0.0_f32, |sum, _| sum + 0.5);
         assert_eq!(stalled / n as f32, 0.25);
+    }
+
+    /// The questions that anybody's film is asked.
+    #[test]
+    fn the_film_is_verified() {
+        let mean = |streams: Vec<crate::verify::Values>| {
+            let film = std::sync::Mutex::new(Film::new(1, 1));
+            std::thread::scope(|scope| {
+                for stream in streams {
+                    let film = &film;
+                    scope.spawn(move || {
+                        let mut mine = Film::new(1, 1);
+                        stream.for_each(|x| mine.add(0, 0, DVec3::splat(x.unwrap_or(0.0))));
+                        film.lock().unwrap().merge(&mine);
+                    });
+                }
+            });
+            film.into_inner().unwrap().pixel(0, 0).mean()[1]
+        };
+        crate::verify::film(mean).name("our film").run().assert();
+    }
+
+    #[test]
+    fn relative_error_of_a_picture() {
+        let mut film = Film::new(2, 1);
+        assert_eq!(film.relative_error(), f64::INFINITY);
+        for x in [1.0, 3.0] {
+            film.add(0, 0, DVec3::splat(x)); // 2 with standard error 1
+            film.add(1, 0, DVec3::splat(2.0));
+        }
+        assert!((film.relative_error() - 0.5_f64.sqrt() / 2.0).abs() < 1e-12);
     }
 
     #[test]

@@ -12,15 +12,18 @@
 //! - `mis` divides either by c p_brdf + (1 - c) p_light, where p_light is of the *visible* point in that
 //!   direction: it is on the triangle that was hit or reached, so both ways give the same density (see
 //!   [`crate::sampler::MeshLight`]).
+//! - `mis-two` draws both, divides each by its own density, and adds them with the weights of a [`Heuristic`], formed
+//!   from the same two densities.
 //!
 //! Surfaces have two sides, and the one that the camera sees is shaded. Directions have to leave on that side
 //! of both the geometric and the shading normal, so that no light leaks through; where the camera looks at the
 //! back of a shading normal, the geometric one is used. What falls under the surface has value 0 and is a
 //! sample like any other: nothing is ever drawn again.
 
-use super::{Brdf, Lights, Reflection, Strategy, Target};
+use super::brdf::{ALL_LOBES, Lobes, NO_LOBES};
+use super::{AUTO_WEIGHTS, Brdf, Lights, Reflection, Strategy, Target};
 use crate::random::to_f32;
-use crate::sampler::{Frame, UniformHemisphere};
+use crate::sampler::{Frame, Heuristic, UniformHemisphere, luminance};
 use crate::scene::{Hit, RayQueries, Scene};
 use glam::{Vec2, Vec3};
 
@@ -33,7 +36,7 @@ use glam::{Vec2, Vec3};
 /// let lights = Lights::load(&scene)?;
 /// let integrator = Integrator::new(&scene, &lights, Strategy::Light);
 /// let lamp = scene.camera.pixel_of(glam::Vec3::new(278.0, 548.0, 279.5)).unwrap();
-/// let radiance = integrator.radiance(lamp[0], lamp[1], [0.0, 0.5, 0.5, 0.5]);
+/// let radiance = integrator.radiance(lamp[0], lamp[1], [0.5; 7]);
 /// assert!(radiance.x >= 17.0); // K_e, and what the lamp reflects of itself: nothing
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -42,14 +45,29 @@ pub struct Integrator<'a> {
     scene: &'a Scene,
     lights: &'a Lights,
     reflections: Box<[Reflection]>,
+    strategy: Strategy,
     directions: Directions,
+    lobes: Lobes,
 }
 
+/// The most variates that one estimate takes.
+pub const VARIATES: usize = 7;
+
 #[derive(Clone, Copy, Debug)]
-enum Directions {
+pub(super) enum Directions {
     Uniform,
     /// c p_brdf + (1 - c) p_light, with the ends `brdf` and `light`.
     Mixture(f32),
+    Both(Heuristic),
+}
+
+/// A direction in which there is light.
+struct Found {
+    /// L_i f_r max(n . w, 0).
+    value: Vec3,
+    /// p_brdf and p_light there, per solid angle; the one by which it was not drawn is 0 if nobody asked.
+    brdf: f32,
+    light: f32,
 }
 
 /// A point that the camera sees, and how it reflects towards it.
@@ -75,7 +93,8 @@ impl<'a> Integrator<'a> {
     /// An integrator for a scene; `lights` have to be made from the same.
     ///
     /// # Panics
-    /// If the weight of a [`Strategy::Mis`] is not in [0, 1].
+    /// If the weight of a [`Strategy::Mis`] is not in [0, 1], or the strategy samples lights that were built to be looked
+    /// at only.
     pub fn new(scene: &'a Scene, lights: &'a Lights, strategy: Strategy) -> Self {
         let directions = match strategy {
             Strategy::Uniform => Directions::Uniform,
@@ -85,28 +104,100 @@ impl<'a> Integrator<'a> {
                 assert!((0.0..=1.0).contains(&c), "the weight of the BRDF is {c}; it must be from 0 to 1");
                 Directions::Mixture(c as f32)
             }
+            Strategy::MisAuto => Directions::Mixture(0.5),
+            Strategy::MisTwo { heuristic } => Directions::Both(heuristic),
         };
-        let reflections = scene.materials.iter().map(|m| Reflection::new(m, scene.convention)).collect();
-        Self { scene, lights, reflections, directions }
+        assert!(
+            lights.sampling().is_some() || !strategy.draws_lights(),
+            "the lights were built without what `{strategy}` samples them by"
+        );
+        let reflections: Box<[_]> =
+            scene.materials.iter().map(|m| Reflection::new(m, scene.convention)).collect();
+        let used = scene.triangles.iter().map(|t| reflections[t.material as usize].lobes());
+        let lobes = used.fold(NO_LOBES, |lobes, lobe| lobes | lobe);
+        Self { scene, lights, reflections, strategy, directions, lobes }
+    }
+
+    /// The same with the code of all lobes, present or not: for comparisons. No bit changes.
+    pub fn with_all_lobes(self) -> Self {
+        Self { lobes: ALL_LOBES, ..self }
+    }
+
+    /// The scene that is lit.
+    pub fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
+    /// How directions are drawn.
+    pub fn strategy(&self) -> Strategy {
+        self.strategy
+    }
+
+    /// How many variates an estimate uses: the others of the [`VARIATES`] are ignored.
+    pub fn variates(&self) -> usize {
+        if matches!(self.directions, Directions::Both(_)) { VARIATES } else { 4 }
+    }
+
+    /// The lobes that the scene has.
+    pub(super) fn lobes(&self) -> Lobes {
+        self.lobes
+    }
+
+    pub(super) fn directions(&self) -> Directions {
+        self.directions
     }
 
     /// An estimate of the radiance at a point of the picture (in [pixel coordinates](crate::scene::Camera)),
-    /// for variates in `[0, 1)`: the first chooses between BRDF and lights, the others the direction.
+    /// for variates in `[0, 1)`: the first chooses between BRDF and lights, the next three the direction; `mis-two` takes
+    /// these three for the BRDF and the last three for the lights. ([`Strategy::MisAuto`] has its weights
+    /// from [`render`](super::render); here it is `mis:0.5`.)
     #[inline]
-    pub fn radiance(&self, x: f32, y: f32, xi: [f64; 4]) -> Vec3 {
+    pub fn radiance(&self, x: f32, y: f32, xi: [f64; VARIATES]) -> Vec3 {
+        self.radiance_by::<ALL_LOBES>(self.directions, x, y, xi)
+    }
+
+    /// The same for other directions, with the code of these lobes.
+    #[inline]
+    pub(super) fn radiance_by<const LOBES: Lobes>(
+        &self,
+        directions: Directions,
+        x: f32,
+        y: f32,
+        xi: [f64; VARIATES],
+    ) -> Vec3 {
         let ray = self.scene.camera.ray(x, y);
         let Some(hit) = self.scene.rays().closest(&ray) else {
             return self.lights.sky_radiance(ray.direction);
         };
         let out = -ray.direction;
         let emitted = self.scene.emitted(hit.triangle, out);
-        let reflected = self.shade(hit, out).and_then(|shade| self.direct(&shade, xi));
+        let reflected =
+            self.shade::<LOBES>(hit, out).and_then(|shade| self.direct::<LOBES>(directions, &shade, xi));
         emitted + reflected.unwrap_or(Vec3::ZERO)
+    }
+
+    /// What one sample of the mixture with c = 1/2 says about the second moment of the luminance under each of
+    /// [`AUTO_WEIGHTS`].
+    pub(super) fn second_moments(&self, x: f32, y: f32, xi: [f64; VARIATES]) -> [f64; AUTO_WEIGHTS.len()] {
+        let ray = self.scene.camera.ray(x, y);
+        let shade =
+            self.scene.rays().closest(&ray).and_then(|hit| self.shade::<ALL_LOBES>(hit, -ray.direction));
+        let [pick, a, b, c, ..] = xi;
+        let found = shade.and_then(|shade| match pick < 0.5 {
+            true => self.along_lobe::<ALL_LOBES>(&shade, [a, b, c], true),
+            false => self.along_light::<ALL_LOBES>(&shade, [a, b, c]),
+        });
+        let Some(Found { value, brdf, light }) = found else { return Default::default() };
+        let under = |c: f32| f64::from(c * brdf + (1.0 - c) * light);
+        let square = luminance(value.to_array()).powi(2) / under(0.5);
+        let moments = AUTO_WEIGHTS.map(|c| square / under(c));
+        // An infinite density says that everything is in one place, whatever c.
+        if moments.iter().all(|m| m.is_finite()) { moments } else { Default::default() }
     }
 
     /// The point of a hit; `None` if it is black or seen edge-on.
     #[inline]
-    fn shade(&self, hit: Hit, out: Vec3) -> Option<Shade<'a>> {
+    fn shade<const LOBES: Lobes>(&self, hit: Hit, out: Vec3) -> Option<Shade<'a>> {
         let triangle = &self.scene.triangles[hit.triangle as usize];
         let reflection = &self.reflections[triangle.material as usize];
         let facing = triangle.normal.dot(out);
@@ -120,51 +211,85 @@ impl<'a> Integrator<'a> {
             normal = side;
         }
         let frame = Frame::new(normal);
-        let brdf = reflection.seen_from(frame.to_local(out));
+        let brdf = reflection.seen_among::<LOBES>(frame.to_local(out));
         Some(Shade { scene: self.scene, point: self.scene.point(&hit), hit, side, frame, brdf })
     }
 
     /// One estimate of the light that is reflected; `None` is 0.
     #[inline]
-    fn direct(&self, at: &Shade, [pick, xi @ ..]: [f64; 4]) -> Option<Vec3> {
-        let xi32 = xi.map(to_f32);
-        match self.directions {
+    fn direct<const LOBES: Lobes>(
+        &self,
+        directions: Directions,
+        at: &Shade,
+        xi: [f64; VARIATES],
+    ) -> Option<Vec3> {
+        let [pick, a, b, c, d, e, f] = xi;
+        match directions {
             Directions::Uniform => {
-                let local = UniformHemisphere.sample(Vec2::new(xi32[1], xi32[2]));
-                let response = at.response(local, at.frame.to_world(local))?;
+                let local = UniformHemisphere.sample(Vec2::new(to_f32(b), to_f32(c)));
+                let response = at.response::<LOBES>(local, at.frame.to_world(local))?;
                 let (radiance, _) = self.arriving(at, response.world)?;
                 Some(response.value * radiance / UniformHemisphere.density(local))
             }
-            // pick < 1, so that c = 1 is always and c = 0 never.
-            Directions::Mixture(c) if to_f32(pick) < c => {
-                let local = at.brdf.sample(xi32)?;
-                let response = at.response(local, at.frame.to_world(local))?;
-                let (radiance, target) = self.arriving(at, response.world)?;
-                let light = || match target {
-                    Target::Point { point, emitter } => {
-                        self.lights.density_of_point(at.point, point, emitter)
-                    }
-                    Target::Sky => self.lights.density_of_sky(response.world),
-                };
-                Some(response.value * radiance / mix(c, || response.density, light))
+            Directions::Mixture(share) => {
+                // pick < 1, so that c = 1 is always and c = 0 never.
+                let found = match to_f32(pick) < share {
+                    true => self.along_lobe::<LOBES>(at, [a, b, c], share < 1.0),
+                    false => self.along_light::<LOBES>(at, [a, b, c]),
+                }?;
+                Some(found.value / mix(share, found.brdf, found.light))
             }
-            Directions::Mixture(c) => {
-                let draw = self.lights.sample(at.point, xi)?;
-                if draw.radiance == Vec3::ZERO {
-                    return None;
+            Directions::Both(heuristic) => {
+                let lobe = self.along_lobe::<LOBES>(at, [a, b, c], true).map(|found| {
+                    let weight = heuristic.weight(found.brdf, found.light);
+                    found.value * (weight / found.brdf)
+                });
+                let light = self.along_light::<LOBES>(at, [d, e, f]).map(|found| {
+                    let weight = heuristic.weight(found.light, found.brdf);
+                    found.value * (weight / found.light)
+                });
+                match (lobe, light) {
+                    (Some(lobe), Some(light)) => Some(lobe + light),
+                    (one, other) => one.or(other),
                 }
-                let response = at.response(at.frame.to_local(draw.direction), draw.direction)?;
-                let visible = match draw.target {
-                    Target::Point { point, emitter } => {
-                        let triangle = self.scene.emitters[emitter].triangle;
-                        self.scene.sees(at.point, at.hit.triangle, point, triangle)
-                    }
-                    Target::Sky => !self.scene.rays().occluded(&at.scene.leave(&at.hit, draw.direction)),
-                };
-                let density = mix(c, || response.density, || draw.density);
-                visible.then(|| response.value * draw.radiance / density)
             }
         }
+    }
+
+    /// Light in a direction of the lobes; `None` is darkness.
+    #[inline]
+    fn along_lobe<const LOBES: Lobes>(&self, at: &Shade, xi: [f64; 3], ask_light: bool) -> Option<Found> {
+        let local = at.brdf.sample_among::<LOBES>(xi.map(to_f32))?;
+        let response = at.response::<LOBES>(local, at.frame.to_world(local))?;
+        let (radiance, target) = self.arriving(at, response.world)?;
+        let light = match target {
+            _ if !ask_light => 0.0,
+            Target::Point { point, emitter } => self.lights.density_of_point(at.point, point, emitter),
+            Target::Sky => self.lights.density_of_sky(response.world),
+        };
+        Some(Found { value: response.value * radiance, brdf: response.density, light })
+    }
+
+    /// Light from where the lights are; `None` is darkness.
+    #[inline]
+    fn along_light<const LOBES: Lobes>(&self, at: &Shade, xi: [f64; 3]) -> Option<Found> {
+        let draw = self.lights.sample(at.point, xi)?;
+        if draw.radiance == Vec3::ZERO {
+            return None;
+        }
+        let response = at.response::<LOBES>(at.frame.to_local(draw.direction), draw.direction)?;
+        let visible = match draw.target {
+            Target::Point { point, emitter } => {
+                let triangle = self.scene.emitters[emitter].triangle;
+                self.scene.sees(at.point, at.hit.triangle, point, triangle)
+            }
+            Target::Sky => !self.scene.rays().occluded(&at.scene.leave(&at.hit, draw.direction)),
+        };
+        visible.then(|| Found {
+            value: response.value * draw.radiance,
+            brdf: response.density,
+            light: draw.density,
+        })
     }
 
     /// What arrives along `w`, and where it comes from; `None` is darkness.
@@ -185,22 +310,22 @@ impl<'a> Integrator<'a> {
 impl Shade<'_> {
     /// What the point makes of light from a direction, given in both frames; `None` if it is nothing.
     #[inline]
-    fn response(&self, local: Vec3, world: Vec3) -> Option<Response> {
+    fn response<const LOBES: Lobes>(&self, local: Vec3, world: Vec3) -> Option<Response> {
         if local.z <= 0.0 || world.dot(self.side) <= 0.0 {
             return None;
         }
-        let (value, density) = self.brdf.evaluate(local);
+        let (value, density) = self.brdf.evaluate_among::<LOBES>(local);
         let value = value * local.z;
         (value != Vec3::ZERO).then_some(Response { world, value, density })
     }
 }
 
-/// c a + (1 - c) b, where a part of weight 0 adds nothing and is not asked for.
+/// c a + (1 - c) b, where a part of weight 0 adds nothing, be it infinite.
 #[inline]
-fn mix(c: f32, a: impl FnOnce() -> f32, b: impl FnOnce() -> f32) -> f32 {
+fn mix(c: f32, a: f32, b: f32) -> f32 {
     match c {
-        0.0 => b(),
-        1.0 => a(),
-        _ => c * a() + (1.0 - c) * b(),
+        0.0 => b,
+        1.0 => a,
+        _ => c * a + (1.0 - c) * b,
     }
 }

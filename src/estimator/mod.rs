@@ -15,11 +15,17 @@
 //! | --- | --- |
 //! | `strategy` | which directions are drawn: [`Strategy`] |
 //! | `brdf` | what a material reflects, and a density that follows it: [`Reflection`], [`Brdf`] |
+//! | `light_sampling` | how a point of the emitters is drawn: [`LightSampling`] |
 //! | `lights` | all lights of a scene as one sampler: [`Lights`] |
 //! | `integrator` | one sample of one pixel: [`Integrator`] |
 //! | `film` | sums over samples: [`Film`], [`Blocks`] |
+//! | `plan` | what a scene and a strategy need, and nothing else: [`Plan`] |
 //! | `render` | passes over the picture: [`render`], [`Rendered`] |
+//! | `saved` | a film on disk, to go on with: [`Rendered::save`], [`Rendered::open`] |
 //! | `agreement` | do two pictures agree? [`compare`], [`Agreement`] |
+//! | `agree` | do several agree, tile by tile, and how closely? [`agree()`], [`Accord`] |
+//! | `convergence` | error against run time: [`convergence()`], [`Convergence`] |
+//! | `clock` | CPU time of a thread: [`Clock`] |
 //!
 //! ```no_run
 //! use warpcheck::estimator::{Lights, Rules, Settings, Strategy, compare, render};
@@ -36,20 +42,37 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod agree;
 mod agreement;
 mod brdf;
+mod clock;
+mod convergence;
 mod error;
 mod film;
 mod integrator;
+mod light_sampling;
 mod lights;
+mod plan;
 mod render;
+mod saved;
 mod strategy;
 
+pub use agree::{
+    Accord, CONFIDENCE as AGREEMENT_CONFIDENCE, Criteria, Doubt, Estimate, Pair, TileTest, agree, sample,
+};
 pub use agreement::{Agreement, Deviation, Judgement, Rules, compare};
 pub use brdf::{Brdf, Reflection};
+pub use clock::{Clock, Cost};
+pub use convergence::{
+    Budget, CONFIDENCE, Convergence, Curve, Experiment, Interval, Measured, OUTLIERS, Reference, Region,
+    Rung, Truth, WINNER_TILE, convergence, regions_by_material,
+};
 pub use error::Error;
 pub use film::{Blocks, Film, Pixel};
-pub use integrator::Integrator;
+pub use integrator::{Integrator, VARIATES};
+pub use light_sampling::{LightSampling, Selection};
 pub use lights::{LightDraw, Lights, Target};
+pub use plan::{Part, Plan};
 pub use render::{Progress, Rendered, Settings, render};
-pub use strategy::Strategy;
+pub use saved::FilmError;
+pub use strategy::{AUTO_PASSES, AUTO_WEIGHTS, Strategy};

@@ -6,10 +6,13 @@
 //! in the same order: the film is the same to the last bit for any number of threads, and a picture that is
 //! continued is the picture made at once.
 
-use super::{Film, Integrator, Lights, Strategy};
-use crate::random::{stream, unit_f64};
+use super::brdf::{ALL_LOBES, GGX, Lobes, NO_LOBES, PHONG};
+use super::integrator::Directions;
+use super::{AUTO_PASSES, AUTO_WEIGHTS, Film, Integrator, Lights, Strategy, VARIATES};
+use crate::random::{fill_unit, stream, unit_f64};
 use crate::scene::Scene;
 use glam::Vec3;
+use rand::Rng;
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 
@@ -55,6 +58,8 @@ pub struct Rendered {
     pub strategy: Strategy,
     /// The seed of its streams.
     pub seed: u64,
+    /// The weight of the BRDF in each pixel, once [`Strategy::MisAuto`] has chosen them.
+    pub(super) weights: Option<Box<[f32]>>,
 }
 
 /// Renders a scene. `on_pass` is called after each pass and says whether to go on; what is done when it says no
@@ -84,7 +89,8 @@ pub fn render(
 ) -> Rendered {
     let film = Film::new(scene.picture.width as usize, scene.picture.height as usize);
     let Settings { spp, seed } = settings;
-    let mut rendered = Rendered { film, passes: 0, non_finite: 0, time: Duration::ZERO, strategy, seed };
+    let (time, weights) = (Duration::ZERO, None);
+    let mut rendered = Rendered { film, passes: 0, non_finite: 0, time, strategy, seed, weights };
     rendered.resume(scene, lights, spp, on_pass);
     rendered
 }
@@ -100,18 +106,44 @@ impl Rendered {
         scene: &Scene,
         lights: &Lights,
         spp: u32,
+        on_pass: impl FnMut(Progress) -> bool,
+    ) {
+        self.resume_with(&Integrator::new(scene, lights, self.strategy), spp, on_pass);
+    }
+
+    /// The same with an integrator that is there.
+    ///
+    /// # Panics
+    /// If its scene's picture has another size, or its strategy is another.
+    pub fn resume_with(
+        &mut self,
+        integrator: &Integrator,
+        spp: u32,
         mut on_pass: impl FnMut(Progress) -> bool,
     ) {
-        let (width, height) = (scene.picture.width as usize, scene.picture.height as usize);
+        let picture = integrator.scene().picture;
+        let (width, height) = (picture.width as usize, picture.height as usize);
         assert_eq!(
             (self.film.width(), self.film.height()),
             (width, height),
             "the picture's size has changed"
         );
-        let integrator = Integrator::new(scene, lights, self.strategy);
+        assert_eq!(self.strategy, integrator.strategy(), "the strategy has changed");
+        if self.strategy == Strategy::MisAuto && self.weights.is_none() && self.passes < spp {
+            let start = Instant::now();
+            self.weights = Some(choose_weights(integrator, width, height, self.seed));
+            self.time += start.elapsed();
+        }
+        // Compiled once for each set of lobes, so that no sample asks for one that the scene hasn't.
+        let pass = match integrator.lobes() {
+            NO_LOBES => Self::pass::<NO_LOBES>,
+            PHONG => Self::pass::<PHONG>,
+            GGX => Self::pass::<GGX>,
+            _ => Self::pass::<ALL_LOBES>,
+        };
         while self.passes < spp {
             let start = Instant::now();
-            self.pass(&integrator, width);
+            pass(self, integrator, width);
             self.time += start.elapsed();
             let Self { passes, ref film, time, .. } = *self;
             if !on_pass(Progress { passes, total: spp, film, time }) {
@@ -120,16 +152,22 @@ impl Rendered {
         }
     }
 
-    fn pass(&mut self, integrator: &Integrator, width: usize) {
+    /// The weight of the BRDF that [`Strategy::MisAuto`] has chosen for each pixel, row after row; `None` before, and for
+    /// other strategies.
+    pub fn weights(&self) -> Option<&[f32]> {
+        self.weights.as_deref()
+    }
+
+    fn pass<const LOBES: Lobes>(&mut self, integrator: &Integrator, width: usize) {
         let (seed, pass) = (self.seed, self.passes);
+        let weights = self.weights.as_deref();
         let tiles = self.film.pixels_mut().par_chunks_mut(TILE).enumerate();
         let non_finite = tiles.map(|(tile, pixels)| {
-            let mut rng = stream(seed, "render", u64::from(pass) << 32 | tile as u64);
             let mut non_finite = 0;
-            for (pixel, i) in pixels.iter_mut().zip(tile * TILE..) {
-                let [dx, dy, xi @ ..] = [(); 6].map(|()| unit_f64(&mut rng));
-                let (x, y) = ((i % width) as f64 + dx, (i / width) as f64 + dy);
-                let mut radiance = integrator.radiance(x as f32, y as f32, xi);
+            let rng = stream(seed, "render", u64::from(pass) << 32 | tile as u64);
+            for (pixel, (i, x, y, xi)) in pixels.iter_mut().zip(samples(integrator, rng, tile, width)) {
+                let directions = weights.map_or(integrator.directions(), |w| Directions::Mixture(w[i]));
+                let mut radiance = integrator.radiance_by::<LOBES>(directions, x, y, xi);
                 if !radiance.is_finite() {
                     radiance = Vec3::ZERO;
                     non_finite += 1;
@@ -141,4 +179,47 @@ impl Rendered {
         self.non_finite += non_finite.sum::<u64>();
         self.passes += 1;
     }
+}
+
+/// For each pixel of a tile: its index, a place in it, and the variates of an estimate.
+fn samples(
+    integrator: &Integrator,
+    mut rng: impl Rng,
+    tile: usize,
+    width: usize,
+) -> impl Iterator<Item = (usize, f32, f32, [f64; VARIATES])> {
+    let used = integrator.variates();
+    (tile * TILE..).map(move |i| {
+        let [dx, dy] = [(); 2].map(|()| unit_f64(&mut rng));
+        let mut xi = [0.0; VARIATES];
+        fill_unit(&mut rng, &mut xi[..used]);
+        (i, ((i % width) as f64 + dx) as f32, ((i / width) as f64 + dy) as f32, xi)
+    })
+}
+
+/// The weights of [`Strategy::MisAuto`]: see the file on strategies.
+fn choose_weights(integrator: &Integrator, width: usize, height: usize, seed: u64) -> Box<[f32]> {
+    let mut moments = vec![[0.0; AUTO_WEIGHTS.len()]; width * height];
+    moments.par_chunks_mut(TILE).enumerate().for_each(|(tile, pixels)| {
+        for pass in 0..AUTO_PASSES {
+            let rng = stream(seed, "weights of mis:auto", u64::from(pass) << 32 | tile as u64);
+            for (sums, (_, x, y, xi)) in pixels.iter_mut().zip(samples(integrator, rng, tile, width)) {
+                let found = integrator.second_moments(x, y, xi);
+                sums.iter_mut().zip(found).for_each(|(sum, moment)| *sum += moment);
+            }
+        }
+    });
+    let around = |i: usize, n: usize| i.saturating_sub(1)..(i + 2).min(n);
+    let weight = |pixel: usize| {
+        let (x, y) = (pixel % width, pixel / width);
+        let near = around(y, height).flat_map(|y| around(x, width).map(move |x| y * width + x));
+        let sums = near.fold([0.0; AUTO_WEIGHTS.len()], |sums, i| {
+            std::array::from_fn(|candidate| sums[candidate] + moments[i][candidate])
+        });
+        // 1/2 comes first, so that darkness leaves it there.
+        let least = (0..sums.len())
+            .fold(AUTO_WEIGHTS.len() / 2, |best, i| if sums[i] < sums[best] { i } else { best });
+        AUTO_WEIGHTS[least]
+    };
+    (0..width * height).map(weight).collect()
 }

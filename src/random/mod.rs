@@ -31,7 +31,7 @@ pub fn stream(seed: u64, purpose: &str, shard: u64) -> ChaCha8Rng {
 }
 
 /// FNV-1a, 64 bits (Fowler, Noll and Vo, RFC 9923): names a purpose by a number that no release changes.
-fn fnv1a(bytes: &[u8]) -> u64 {
+pub(crate) fn fnv1a(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
     })

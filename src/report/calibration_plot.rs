@@ -1,5 +1,6 @@
 //! A calibration as a plot: measured rates over nominal ones, and p-values against the uniform distribution.
 
+use super::plot::{Failure, colour, font};
 use crate::calibration::{Calibration, Claim, Mode, Row, Subject};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -13,8 +14,6 @@ const FLOOR: f64 = 1e-4;
 const BAND: f64 = 1.628;
 /// Lower and upper end of the right panel, in widths of the band.
 const ENDS: (f64, f64) = (-3.0, 2.0);
-
-type Failure<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
 
 /// The plot as the text of an SVG file.
 ///
@@ -30,23 +29,6 @@ pub fn calibration_plot(calibration: &Calibration) -> Result<String, std::fmt::E
     Ok(text)
 }
 
-fn font(size: i32) -> TextStyle<'static> {
-    ("sans-serif", size).into_font().color(&BLACK.mix(0.85))
-}
-
-/// Okabe and Ito's palette, told apart by most eyes, and three more.
-const COLOURS: [RGBColor; 9] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-    RGBColor(120, 94, 240),
-    RGBColor(120, 80, 40),
-    RGBColor(150, 150, 150),
-];
-
 /// What is drawn of a row: those that involve chance.
 fn series(calibration: &Calibration) -> Vec<(&Row, RGBColor)> {
     let rows = calibration.rows.iter().filter(|row| !row.all.is_certain());
@@ -56,7 +38,7 @@ fn series(calibration: &Calibration) -> Vec<(&Row, RGBColor)> {
     rows.enumerate()
         .map(|(i, row)| {
             let whole = row.subject == Subject::Whole && row.mode == Mode::Fixed;
-            (row, if whole { BLACK } else { COLOURS[i % COLOURS.len()] })
+            (row, if whole { BLACK } else { colour(i) })
         })
         .collect()
 }

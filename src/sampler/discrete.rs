@@ -127,6 +127,11 @@ impl DiscreteCdf {
         }
     }
 
+    /// Bytes that the table takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.boundaries)
+    }
+
     /// The probability of all entries before `index`.
     pub fn cumulative(&self, index: usize) -> f64 {
         self.start(index.min(self.len())) as f64 / STEPS

@@ -41,6 +41,71 @@ pub enum RowWarp {
     UniformCosTheta,
 }
 
+/// A latitude-longitude map of radiance, constant in each texel, without anything to sample it.
+///
+/// ```
+/// use glam::Vec3;
+/// use warpcheck::sampler::RadianceMap;
+/// let map = RadianceMap::new(1, 2, vec![[1.0; 3], [0.0; 3]])?; // bright above, dark below
+/// assert_eq!((map.radiance(Vec3::Z), map.radiance(Vec3::NEG_Z)), (Vec3::ONE, Vec3::ZERO));
+/// assert_eq!(map.constant(), None);
+/// # Ok::<(), warpcheck::sampler::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct RadianceMap {
+    width: usize,
+    height: usize,
+    texels: Vec<[f32; 3]>,
+}
+
+impl RadianceMap {
+    /// From `width` x `height` texels of linear RGB radiance, row 0 on top.
+    ///
+    /// # Errors
+    /// If the size and the number of texels differ, or a channel is negative, NaN or infinite (named by its texel).
+    pub fn new(width: usize, height: usize, texels: Vec<[f32; 3]>) -> Result<Self, Error> {
+        if texels.is_empty() || width.checked_mul(height) != Some(texels.len()) {
+            return Err(Error::MapSize { width, height, texels: texels.len() });
+        }
+        for (i, texel) in texels.iter().enumerate() {
+            if let Some(c) = texel.iter().position(|x| !(x.is_finite() && *x >= 0.0)) {
+                let (column, row) = (i % width, i / width);
+                return Err(Error::Texel { column, row, channel: ['R', 'G', 'B'][c], value: texel[c] });
+            }
+        }
+        Ok(Self { width, height, texels })
+    }
+
+    /// All texels, row after row.
+    pub fn texels(&self) -> &[[f32; 3]] {
+        &self.texels
+    }
+
+    /// The radiance that all texels have, if they have the same.
+    pub fn constant(&self) -> Option<Vec3> {
+        let first = self.texels[0];
+        self.texels.iter().all(|&t| t == first).then(|| first.into())
+    }
+
+    /// Radiance from a direction, a unit vector in the map's frame: that of its texel.
+    #[inline]
+    pub fn radiance(&self, w: Vec3) -> Vec3 {
+        let (column, row, _) = self.texel_of(w.as_dvec3());
+        self.texels[row * self.width + column].into()
+    }
+
+    /// The (column, row) of a direction, and the sine of its theta.
+    #[inline]
+    fn texel_of(&self, w: DVec3) -> (usize, usize, f64) {
+        let sine = w.x.hypot(w.y);
+        let v = sine.atan2(w.z) / PI;
+        let u = w.y.atan2(w.x) / TAU;
+        let u = if u < 0.0 { u + 1.0 } else { u };
+        let index = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
+        (index(u, self.width), index(v, self.height), sine.max(LEAST_SINE))
+    }
+}
+
 /// A latitude-longitude map of radiance and the tables to sample it.
 ///
 /// ```
@@ -52,9 +117,7 @@ pub enum RowWarp {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Environment {
-    width: usize,
-    height: usize,
-    texels: Vec<[f32; 3]>,
+    map: RadianceMap,
     rows: RowWarp,
     marginal: DiscreteCdf,
     /// `None` for rows without luminance, which are never selected.
@@ -85,38 +148,49 @@ impl Environment {
     /// # Errors
     /// If the size and the number of texels differ, a channel is negative, NaN or infinite (named by its texel), or all is black.
     pub fn new(width: usize, height: usize, texels: Vec<[f32; 3]>, rows: RowWarp) -> Result<Self, Error> {
-        if texels.is_empty() || width.checked_mul(height) != Some(texels.len()) {
-            return Err(Error::MapSize { width, height, texels: texels.len() });
-        }
-        for (i, texel) in texels.iter().enumerate() {
-            if let Some(c) = texel.iter().position(|x| !(x.is_finite() && *x >= 0.0)) {
-                let (column, row) = (i % width, i / width);
-                return Err(Error::Texel { column, row, channel: ['R', 'G', 'B'][c], value: texel[c] });
-            }
-        }
+        Self::from_map(RadianceMap::new(width, height, texels)?, rows)
+    }
+
+    /// The tables for a map.
+    ///
+    /// # Errors
+    /// If all is black.
+    pub fn from_map(map: RadianceMap, rows: RowWarp) -> Result<Self, Error> {
+        let (width, height) = (map.width, map.height);
         let (mut weights, mut conditionals) = (Vec::with_capacity(height), Vec::with_capacity(height));
-        for (row, texels) in texels.chunks_exact(width).enumerate() {
+        for (row, texels) in map.texels.chunks_exact(width).enumerate() {
             let luminances: Vec<f64> = texels.iter().map(|&t| luminance(t)).collect();
             weights.push(row_weight(rows, row, height) * luminances.iter().sum::<f64>());
             conditionals.push(DiscreteCdf::new(&luminances).ok());
         }
         let marginal = DiscreteCdf::new(&weights).map_err(|_| Error::Black { width, height })?;
-        Ok(Self { width, height, texels, rows, marginal, conditionals })
+        Ok(Self { map, rows, marginal, conditionals })
+    }
+
+    /// The map.
+    pub fn map(&self) -> &RadianceMap {
+        &self.map
+    }
+
+    /// Bytes that the tables take, without the map.
+    pub fn table_bytes(&self) -> usize {
+        let conditionals = self.conditionals.iter().flatten().map(DiscreteCdf::bytes).sum::<usize>();
+        size_of_val(&*self.conditionals) + conditionals + self.marginal.bytes()
     }
 
     /// Number of columns.
     pub fn width(&self) -> usize {
-        self.width
+        self.map.width
     }
 
     /// Number of rows.
     pub fn height(&self) -> usize {
-        self.height
+        self.map.height
     }
 
     /// The radiance of a texel.
     pub fn texel(&self, column: usize, row: usize) -> [f32; 3] {
-        self.texels[row * self.width + column]
+        self.map.texels[row * self.map.width + column]
     }
 
     /// The table over the rows, searched with the first variate.
@@ -138,7 +212,8 @@ impl Environment {
         };
         let column = conditional.choose(xi[1]);
         let (theta, sine) = self.theta(row.index, row.rest);
-        let u = (column.index as f64 + keep_off(column.rest, TAU / self.width as f64)) / self.width as f64;
+        let u = (column.index as f64 + keep_off(column.rest, TAU / self.map.width as f64))
+            / self.map.width as f64;
         let (sin_phi, cos_phi) = (TAU * u).sin_cos();
         // Near the south pole pi - theta has lost its last digits; there the clamped sine is the better coordinate.
         let direction = DVec3::new(sine * cos_phi, sine * sin_phi, theta.cos()).as_vec3();
@@ -152,15 +227,15 @@ impl Environment {
 
     /// theta and its sine for a place in `[0, 1)` inside a row.
     fn theta(&self, row: usize, place: f64) -> (f64, f64) {
-        let step = PI / self.height as f64;
+        let step = PI / self.map.height as f64;
         let top = row as f64 * step;
         let inside = match self.rows {
             RowWarp::UniformV => place * step,
             RowWarp::UniformCosTheta => {
                 // 1 - cos theta is linear in the place; seen from the nearer pole, so that nothing cancels.
-                let south = 2 * row + 1 > self.height;
+                let south = 2 * row + 1 > self.map.height;
                 let (near, far) = if south {
-                    ((self.height - 1 - row) as f64 * step, (self.height - row) as f64 * step)
+                    ((self.map.height - 1 - row) as f64 * step, (self.map.height - row) as f64 * step)
                 } else {
                     (top, top + step)
                 };
@@ -174,26 +249,14 @@ impl Environment {
         let inside = step * keep_off((inside / step).clamp(0.0, 1.0), step);
         let theta = top + inside;
         // From the nearer pole.
-        let from_south = (self.height - 1 - row) as f64 * step + (step - inside);
+        let from_south = (self.map.height - 1 - row) as f64 * step + (step - inside);
         (theta, if theta < 0.5 * PI { theta.sin() } else { from_south.sin() }.max(LEAST_SINE))
-    }
-
-    /// The (column, row) of a direction, and the sine of its theta.
-    #[inline]
-    fn texel_of(&self, w: DVec3) -> (usize, usize, f64) {
-        let sine = w.x.hypot(w.y);
-        let v = sine.atan2(w.z) / PI;
-        let u = w.y.atan2(w.x) / TAU;
-        let u = if u < 0.0 { u + 1.0 } else { u };
-        let index = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
-        (index(u, self.width), index(v, self.height), sine.max(LEAST_SINE))
     }
 
     /// Radiance from a direction, a unit vector in the map's frame: that of its texel.
     #[inline]
     pub fn radiance(&self, w: Vec3) -> Vec3 {
-        let (column, row, _) = self.texel_of(w.as_dvec3());
-        self.texel(column, row).into()
+        self.map.radiance(w)
     }
 
     /// Density per solid angle of a direction, a unit vector in the map's frame.
@@ -206,23 +269,23 @@ impl Environment {
     /// W H for the uniform-v form, and that times the Jacobian of cos theta for the other.
     pub fn density_uv(&self, uv: DVec2) -> f64 {
         let index = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
-        let (column, row) = (index(uv.x, self.width), index(uv.y, self.height));
+        let (column, row) = (index(uv.x, self.map.width), index(uv.y, self.map.height));
         let sine = (PI * uv.y).sin().max(LEAST_SINE);
         self.texel_mass(column, row) * self.per_solid_angle(row, sine) * TAU * PI * sine
     }
 
     /// Density per v of the marginal, which integrates to 1 over `[0, 1]`.
     pub fn density_v(&self, v: f64) -> f64 {
-        let row = ((v * self.height as f64) as usize).min(self.height - 1);
+        let row = ((v * self.map.height as f64) as usize).min(self.map.height - 1);
         let sine = (PI * v).sin().max(LEAST_SINE);
-        self.marginal.mass(row) * self.per_solid_angle(row, sine) * TAU * PI * sine / self.width as f64
+        self.marginal.mass(row) * self.per_solid_angle(row, sine) * TAU * PI * sine / self.map.width as f64
     }
 
     /// Density per u of the conditional in the row of v, which integrates to 1 over `[0, 1]`; `None` where the row is black.
     pub fn density_u(&self, u: f64, v: f64) -> Option<f64> {
-        let row = ((v * self.height as f64) as usize).min(self.height - 1);
-        let column = ((u * self.width as f64) as usize).min(self.width - 1);
-        Some(self.conditionals[row].as_ref()?.mass(column) * self.width as f64)
+        let row = ((v * self.map.height as f64) as usize).min(self.map.height - 1);
+        let column = ((u * self.map.width as f64) as usize).min(self.map.width - 1);
+        Some(self.conditionals[row].as_ref()?.mass(column) * self.map.width as f64)
     }
 
     /// The probability of a texel.
@@ -233,10 +296,10 @@ impl Environment {
     /// d(uv in texels) / d(solid angle): what turns a texel's probability into a density per solid angle.
     #[inline]
     fn per_solid_angle(&self, row: usize, sine: f64) -> f64 {
-        let (width, height) = (self.width as f64, self.height as f64);
+        let (width, height) = (self.map.width as f64, self.map.height as f64);
         match self.rows {
             RowWarp::UniformV => width * height / (TAU * PI * sine),
-            RowWarp::UniformCosTheta => width / (TAU * row_weight(self.rows, row, self.height)),
+            RowWarp::UniformCosTheta => width / (TAU * row_weight(self.rows, row, self.map.height)),
         }
     }
 }
@@ -276,12 +339,12 @@ impl Sampler for Environment {
     }
 
     fn density(&self, w: &DVec3) -> f64 {
-        let (column, row, sine) = self.texel_of(*w);
+        let (column, row, sine) = self.map.texel_of(*w);
         self.texel_mass(column, row) * self.per_solid_angle(row, sine)
     }
 
     fn knots(&self) -> Knots {
-        Knots::grid(self.height, self.width)
+        Knots::grid(self.map.height, self.map.width)
     }
 
     /// Those of the marginal, and those of the conditional of the likeliest row.
@@ -290,7 +353,7 @@ impl Sampler for Environment {
             return self.marginal.some_boundaries();
         }
         let likeliest =
-            (0..self.height).max_by(|&a, &b| self.marginal.mass(a).total_cmp(&self.marginal.mass(b)));
+            (0..self.map.height).max_by(|&a, &b| self.marginal.mass(a).total_cmp(&self.marginal.mass(b)));
         likeliest
             .and_then(|row| self.conditionals[row].as_ref())
             .map(DiscreteCdf::some_boundaries)

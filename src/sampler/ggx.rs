@@ -78,6 +78,20 @@ impl GgxVisibleNormals {
         let t = m.truncate().length_squared() / a2 + m.z * m.z;
         self.visible * FRAC_1_PI / (a2 * t * t)
     }
+
+    /// The BRDF of the surface per steradian over [`density`](Self::density), without Fresnel's factor:
+    /// D G2 / (4 cos theta_o cos theta_i) has G2 / (G1(w_o) cos theta_i) times the density, with the height-correlated G2 of Smith
+    /// (Heitz 2014, eq. 99) = (o + s_o) / (o s_i + i s_o), o and i the cosines and s = sqrt(z^2 + a^2 (x^2 + y^2)). 0 under the surface.
+    #[inline]
+    pub fn brdf_over_density(&self, w: Vec3) -> f32 {
+        if w.z <= 0.0 {
+            return 0.0;
+        }
+        let both = 0.5 / self.visible;
+        let slope = self.alpha * self.alpha * w.truncate().length_squared();
+        let (out, inn) = (both - self.outgoing.z, (w.z * w.z + slope).sqrt());
+        both / (self.outgoing.z * inn + w.z * out)
+    }
 }
 
 impl Sampler for GgxVisibleNormals {

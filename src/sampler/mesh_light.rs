@@ -1,7 +1,9 @@
 //! A mesh light: triangle selection by area, the barycentric warp, and the conversion to solid angle.
 //!
 //! A triangle is selected by inversion of the area CDF ([`DiscreteCdf`]), a point on it by the barycentric warp ([`TriangleWarp`]), so the density is
-//! mass(i) / area(i) per area: 1 / total area, up to the resolution of the table that is searched. Seen from x it is converted per
+//! mass(i) / area(i) per area: 1 / total area, up to the resolution of the table that is searched. Triangles may also have weights
+//! ([`MeshLight::weighted`]: by radiance, so that selection is by power), be selected from outside ([`LightTree`](super::LightTree)), or have the
+//! point placed uniformly in their solid angle ([`Placement`]). Seen from x a density per area is converted per
 //! solid angle ([`View`]). One-sided triangles emit on the side from which their vertices are counter-clockwise; from the other side, and edge-on, the
 //! sample is rejected.
 //!
@@ -11,7 +13,7 @@
 //! - of a *direction*: a sampler that ignores visibility can generate the same direction through several triangles, so
 //!   [`SeenFrom`] sums over every emissive hit along the ray. It is what integrates to 1 (less the rejected mass) over directions.
 
-use super::{DiscreteCdf, Error, Preimage, Sample, Sampler, TriangleWarp, View};
+use super::{DiscreteCdf, Error, Preimage, Sample, Sampler, SphericalTriangle, TriangleWarp, View};
 use crate::domain::{MeshSurface, Sphere, SurfacePoint};
 use crate::random::to_f32;
 use glam::{DVec3, Vec2, Vec3};
@@ -25,6 +27,16 @@ pub enum Sides {
     Front,
     /// Both.
     Both,
+}
+
+/// How a point of the selected triangle is placed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Placement {
+    /// Uniform in area.
+    #[default]
+    Area,
+    /// Uniform in the solid angle under which the triangle is seen ([`SphericalTriangle`]).
+    SolidAngle,
 }
 
 #[derive(Clone, Debug)]
@@ -103,8 +115,16 @@ impl MeshLight {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn with_sides(triangles: impl IntoIterator<Item = ([Vec3; 3], Sides)>) -> Result<Self, Error> {
-        let mut emitters = Vec::new();
-        for (triangle, (vertices, sides)) in triangles.into_iter().enumerate() {
+        Self::weighted(triangles.into_iter().map(|(vertices, sides)| (vertices, sides, 1.0)))
+    }
+
+    /// A light of triangles that are selected in proportion to their area times a weight of their own. What weighs 0 is never selected.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and if a weight is negative, NaN or infinite.
+    pub fn weighted(triangles: impl IntoIterator<Item = ([Vec3; 3], Sides, f64)>) -> Result<Self, Error> {
+        let (mut emitters, mut weights) = (Vec::new(), Vec::new());
+        for (triangle, (vertices, sides, weight)) in triangles.into_iter().enumerate() {
             if let Some(&vertex) = vertices.iter().find(|v| !v.is_finite()) {
                 return Err(Error::Vertex { triangle, vertex });
             }
@@ -113,13 +133,18 @@ impl MeshLight {
             let normal = cross.normalize_or_zero().as_vec3();
             let area = if normal == Vec3::ZERO { 0.0 } else { 0.5 * cross.length() };
             emitters.push(Emitter { vertices, normal, area, sides });
+            weights.push(weight * area);
         }
-        let areas: Vec<f64> = emitters.iter().map(|e| e.area).collect();
-        let table = DiscreteCdf::new(&areas).map_err(|error| match error {
+        let table = DiscreteCdf::new(&weights).map_err(|error| match error {
             Error::AllZero { count } => Error::NoArea { triangles: count },
             other => other,
         })?;
-        Ok(Self { area: areas.iter().sum(), emitters, table, warp: TriangleWarp::default() })
+        Ok(Self {
+            area: emitters.iter().map(|e| e.area).sum(),
+            emitters,
+            table,
+            warp: TriangleWarp::default(),
+        })
     }
 
     /// The same light with another warp.
@@ -142,6 +167,17 @@ impl MeshLight {
         self.emitters.is_empty()
     }
 
+    /// The probability with which a triangle is selected, as the table that is searched has it.
+    #[inline]
+    pub fn mass(&self, triangle: usize) -> f64 {
+        self.table.mass(triangle)
+    }
+
+    /// Bytes that the triangles and the table take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.emitters) + self.table.bytes()
+    }
+
     /// Density per area on a triangle, as the table that is searched has it.
     #[inline]
     pub fn density_on(&self, triangle: usize) -> f64 {
@@ -155,14 +191,25 @@ impl MeshLight {
     #[inline]
     pub fn sample_surface(&self, xi: [f64; 3]) -> SurfaceSample {
         let choice = self.table.choose(xi[0]);
-        let emitter = &self.emitters[choice.index];
-        let barycentric = self.warp.barycentric(Vec2::new(to_f32(xi[1]), to_f32(xi[2])));
+        self.place(choice.index, choice.mass, [xi[1], xi[2]])
+    }
+
+    /// Which triangle a variate in `[0, 1)` selects, and its mass.
+    #[inline]
+    pub fn select(&self, xi: f64) -> (usize, f64) {
+        let choice = self.table.choose(xi);
+        (choice.index, choice.mass)
+    }
+
+    fn place(&self, triangle: usize, mass: f64, xi: [f64; 2]) -> SurfaceSample {
+        let emitter = &self.emitters[triangle];
+        let barycentric = self.warp.barycentric(Vec2::new(to_f32(xi[0]), to_f32(xi[1])));
         SurfaceSample {
             point: emitter.at(barycentric, DVec3::ZERO).as_vec3(),
             normal: emitter.normal,
-            triangle: choice.index,
+            triangle,
             barycentric,
-            density: choice.mass / emitter.area,
+            density: mass / emitter.area,
         }
     }
 
@@ -170,25 +217,75 @@ impl MeshLight {
     /// edge-on, or is `x` itself.
     #[inline]
     pub fn sample_from(&self, x: Vec3, xi: [f64; 3]) -> Option<LightSample> {
-        let s = self.sample_surface(xi);
+        self.sample_selected(x, self.select(xi[0]), Placement::Area, [xi[1], xi[2]])
+    }
+
+    /// A point of a triangle that was selected with probability `mass`, by this light or by somebody else, as seen from `x`; `None` as for
+    /// [`sample_from`](Self::sample_from).
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    #[inline]
+    pub fn sample_selected(
+        &self,
+        x: Vec3,
+        (triangle, mass): (usize, f64),
+        placement: Placement,
+        xi: [f64; 2],
+    ) -> Option<LightSample> {
+        if placement == Placement::SolidAngle {
+            let (seen, normal, plane) = self.emitters[triangle].solid_angle_from(x)?;
+            let w = seen.sample(xi);
+            let distance = plane / normal.dot(w);
+            let found = distance > 0.0 && distance.is_finite();
+            return found.then(|| LightSample {
+                point: (x.as_dvec3() + distance * w).as_vec3(),
+                triangle,
+                direction: w.as_vec3(),
+                distance: distance as f32,
+                density: mass / seen.solid_angle(),
+            });
+        }
+        let s = self.place(triangle, mass, xi);
         let view = self.view(x, &s)?;
         let density = view.per_solid_angle(s.density);
         (density > 0.0).then(|| LightSample {
             point: s.point,
-            triangle: s.triangle,
+            triangle,
             direction: view.direction.as_vec3(),
             distance: view.distance_squared.sqrt() as f32,
             density,
         })
     }
 
+    /// Density per solid angle, as seen from `x`, with which [`sample_selected`](Self::sample_selected) gives the point `y` of a triangle
+    /// selected with probability `mass`. 0 from the dark side.
+    #[inline]
+    pub fn density_selected(
+        &self,
+        x: Vec3,
+        y: Vec3,
+        (triangle, mass): (usize, f64),
+        placement: Placement,
+    ) -> f64 {
+        let Some(emitter) = self.emitters.get(triangle) else { return 0.0 };
+        match placement {
+            Placement::Area if !(emitter.area > 0.0) => 0.0,
+            Placement::Area => {
+                let view = View::new(x, y, emitter.normal).map(|v| emitter.seen(v));
+                view.map_or(0.0, |v| v.per_solid_angle(mass / emitter.area))
+            }
+            Placement::SolidAngle => {
+                emitter.solid_angle_from(x).map_or(0.0, |(seen, ..)| mass / seen.solid_angle())
+            }
+        }
+    }
+
     /// Density per solid angle, as seen from `x`, of the point `y` of a triangle: what [`sample_from`](Self::sample_from) gives if it
     /// draws that point. 0 from the dark side.
     #[inline]
     pub fn density_from(&self, x: Vec3, y: Vec3, triangle: usize) -> f64 {
-        let Some(emitter) = self.emitters.get(triangle) else { return 0.0 };
-        let view = View::new(x, y, emitter.normal).map(|v| emitter.seen(v));
-        view.map_or(0.0, |v| v.per_solid_angle(self.density_on(triangle)))
+        self.density_selected(x, y, (triangle, self.mass(triangle)), Placement::Area)
     }
 
     /// From the vertices, not from the rounded point: an ulp of a coordinate is a large angle at a grazing distance.
@@ -209,6 +306,16 @@ impl Emitter {
     fn at(&self, b: Vec3, origin: DVec3) -> DVec3 {
         let [v0, v1, v2] = self.vertices.map(|v| v.as_dvec3());
         (v0 - origin) + f64::from(b.y) * (v1 - v0) + f64::from(b.z) * (v2 - v0)
+    }
+
+    /// The triangle as `x` sees it, its normal (of any length) and n . (v0 - x); `None` from the dark side and edge-on.
+    fn solid_angle_from(&self, x: Vec3) -> Option<(SphericalTriangle, DVec3, f64)> {
+        let [v0, v1, v2] = self.vertices.map(|v| v.as_dvec3());
+        let normal = (v1 - v0).cross(v2 - v0);
+        let plane = normal.dot(v0 - x.as_dvec3());
+        let lit = plane < 0.0 || self.sides == Sides::Both;
+        let seen = if lit { SphericalTriangle::new(x, self.vertices) } else { None };
+        Some((seen?, normal, plane))
     }
 
     fn seen(&self, view: View) -> View {

@@ -13,10 +13,11 @@ use toml::Spanned;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Convention {
-    /// K_d / pi, plus a Phong lobe of weight K_s and exponent N_s. K_d + K_s is at most 1 in each channel.
+    /// K_d / pi, plus a Phong lobe of weight K_s and exponent N_s, or a GGX lobe if the material has a roughness. K_d + K_s
+    /// is at most 1 in each channel.
     Mtl,
     /// Either or: N_s at most 1 is K_d / pi; N_s above 1 is K_d (N_s + 1)/(2 pi) max(0, w_r . w_i)^N_s and nothing
-    /// else. K_s is not used. K_d is at most 1 in each channel.
+    /// else. K_s is not used. K_d is at most 1 in each channel. With a roughness: K_d times the GGX lobe and nothing else.
     KdPhong,
 }
 
@@ -166,6 +167,7 @@ struct RawMaterial {
     ks: Option<Triple>,
     ns: Option<Number>,
     ke: Option<Triple>,
+    roughness: Option<Number>,
 }
 
 #[derive(Deserialize)]
@@ -240,6 +242,7 @@ pub(super) struct Override {
     pub ks: Option<Vec3>,
     pub ns: Option<f32>,
     pub ke: Option<Vec3>,
+    pub roughness: Option<f32>,
 }
 
 impl SceneFile {
@@ -343,7 +346,15 @@ impl Checker<'_> {
                 }
                 _ => {}
             }
+            let roughness = m.roughness.as_ref().map(|n| *n.get_ref() as f32);
+            if let (Some(alpha), Some(n)) = (roughness, &m.roughness)
+                && !(1e-4..=1.0).contains(&alpha)
+            {
+                let why = format!("is {alpha}, but it must be from 1e-4 to 1");
+                return self.wrong(n.span(), "mesh.material.roughness", why);
+            }
             Ok(Override {
+                roughness,
                 kd: self.colour("mesh.material.kd", m.kd.as_ref())?,
                 ks: self.colour("mesh.material.ks", m.ks.as_ref())?,
                 ns: m.ns.as_ref().map(|_| ns),

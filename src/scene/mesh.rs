@@ -34,11 +34,14 @@ pub struct Material {
     pub ns: f32,
     /// K_e: the radiance that the surface emits, the same in all directions of a side that emits.
     pub ke: Vec3,
+    /// The roughness alpha of a GGX lobe in place of the Phong lobe, 1e-4 to 1; only scene files give one.
+    pub roughness: Option<f32>,
 }
 
 impl Default for Material {
     fn default() -> Self {
-        Self { name: "default".into(), kd: Vec3::ZERO, ks: Vec3::ZERO, ns: 1.0, ke: Vec3::ZERO }
+        let (kd, ks, ke) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
+        Self { name: "default".into(), kd, ks, ns: 1.0, ke, roughness: None }
     }
 }
 
@@ -227,6 +230,7 @@ impl From<tobj::Material> for Material {
             ks: colour(m.specular),
             ns: m.shininess.unwrap_or(1.0),
             ke: colour(m.emissive),
+            roughness: None,
         }
     }
 }

@@ -16,7 +16,8 @@
 //! normals = "file"                  # shading normals: "file" (if it has any), "smooth", "flat"
 //! two_sided = false                 # whether emitters emit from their back as well
 //! emitters_reflect = true           # false: K_d and K_s of materials with K_e above 0 count as 0
-//! material = { kd = [0.5, 0.5, 0.5], ks = [0.0, 0.0, 0.0], ns = 1.0, ke = [0.0, 0.0, 0.0] }  # replaces what it names
+//! material = { kd = [0.5, 0.5, 0.5], ks = [0.0, 0.0, 0.0], ns = 1.0, ke = [0.0, 0.0, 0.0] }  # replaces what it names;
+//!                                   # roughness = 0.2 makes the glossy lobe a GGX one of that alpha, and n_s counts no more
 //!
 //! [camera]
 //! eye = [0.0, 1.0, 5.0]
@@ -60,5 +61,7 @@ pub use camera::{Camera, FovAxis, View};
 pub use error::Error;
 pub use file::{Convention, Display, Environment, Picture, Reference, UpAxis};
 pub use mesh::{Material, Mesh};
-pub use rays::{BruteForce, Bvh, Hit, Ray, RayQueries, offset_origin, offset_unit};
+pub use rays::{
+    BruteForce, Bvh, Hit, Ray, RayQueries, RayStructure, Rays, TriangleList, offset_origin, offset_unit,
+};
 pub use scene::{Emitter, Scene, Triangle};

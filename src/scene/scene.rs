@@ -1,17 +1,17 @@
 //! A scene in world space, ready to be asked.
 
 use super::{
-    Bvh, Camera, Convention, Environment, Error, Hit, Material, Mesh, Picture, Ray, RayQueries, Reference,
+    Camera, Convention, Environment, Error, Hit, Material, Mesh, Picture, Ray, RayQueries, RayStructure,
+    Rays, Reference,
     file::{MeshEntry, Normals, SceneFile},
     mesh::{Open, from_disk, load, text},
     offset_origin, offset_unit,
     rays::extent,
 };
 use glam::{DQuat, Vec3};
-use std::{
-    io,
-    path::{Path, PathBuf},
-};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// Coordinates beyond this would overflow when areas are formed in `f32`.
 const FARTHEST: f32 = 1e15;
@@ -81,7 +81,8 @@ pub struct Scene {
     pub picture: Picture,
     /// A picture to compare with, if any.
     pub reference: Option<Reference>,
-    rays: Bvh,
+    rays: Rays,
+    rays_time: Duration,
     offset_unit: f32,
 }
 
@@ -141,9 +142,11 @@ impl Scene {
             return Err(Error::NoLight { file: file.into() });
         }
         let vertices: Vec<_> = triangles.iter().map(|t| t.vertices).collect();
+        let (rays, rays_time) = timed(&vertices, RayStructure::for_triangles(vertices.len()));
         Ok(Self {
             file: file.into(),
-            rays: Bvh::new(&vertices),
+            rays,
+            rays_time,
             offset_unit: offset_unit(extent(&vertices)),
             triangles,
             materials,
@@ -156,9 +159,20 @@ impl Scene {
         })
     }
 
-    /// The answer to ray queries.
-    pub fn rays(&self) -> &Bvh {
+    /// The answer to ray queries: a tree, unless [`RayStructure`] says that a list will do.
+    pub fn rays(&self) -> &Rays {
         &self.rays
+    }
+
+    /// The same scene with ray queries answered in this way.
+    pub fn with_rays(self, structure: RayStructure) -> Self {
+        let (rays, rays_time) = timed(&self.vertices(), structure);
+        Self { rays, rays_time, ..self }
+    }
+
+    /// How long it took to build what answers ray queries.
+    pub fn rays_time(&self) -> Duration {
+        self.rays_time
     }
 
     /// The vertices of all triangles, as another implementation of [`RayQueries`] wants them.
@@ -217,11 +231,19 @@ impl Scene {
     }
 
     /// Whether `point` on triangle `from` sees `target` on triangle `triangle`: [`RayQueries::reaches`] from beside the
-    /// surface, on the side that faces the target.
+    /// surface, on the side that faces the target. No triangle sees itself.
     pub fn sees(&self, point: Vec3, from: u32, target: Vec3, triangle: u32) -> bool {
+        if from == triangle {
+            return false;
+        }
         let ray = self.leave_point(point, from, target - point);
         self.rays.reaches(ray.origin, ray.from, target, triangle)
     }
+}
+
+fn timed(vertices: &[[Vec3; 3]], structure: RayStructure) -> (Rays, Duration) {
+    let start = Instant::now();
+    (Rays::new(vertices, structure), start.elapsed())
 }
 
 impl MeshEntry {
@@ -240,6 +262,7 @@ impl MeshEntry {
                 m.ks = new.ks.unwrap_or(m.ks);
                 m.ns = new.ns.unwrap_or(m.ns);
                 m.ke = new.ke.unwrap_or(m.ke);
+                m.roughness = new.roughness.or(m.roughness);
             }
             if !self.emitters_reflect && m.emits() {
                 (m.kd, m.ks) = (Vec3::ZERO, Vec3::ZERO);

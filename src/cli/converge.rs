@@ -1,0 +1,131 @@
+//! `warpcheck converge`: error against run time, strategy by strategy.
+
+use super::common::{self, DEFAULT_OUT, OutputFolder, print};
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use warpcheck::estimator::{self, Budget, Clock, Experiment, Lights, Strategy, Truth, convergence};
+use warpcheck::picture::{Picture, write_atomically, write_png};
+use warpcheck::report::{self, AtEqualTime};
+use warpcheck::scene::Scene;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// The scene file (TOML)
+    scene: PathBuf,
+    /// Strategies, separated by commas [default: brdf, light, mis:0.5, uniform]
+    #[arg(long, value_delimiter = ',')]
+    strategy: Vec<Strategy>,
+    /// Independent pictures of each strategy
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..=1000), allow_negative_numbers = true)]
+    seeds: u32,
+    /// Samples a pixel of each picture [default: 256]
+    #[arg(long, value_name = "MAX", value_parser = common::passes, conflicts_with = "time", allow_negative_numbers = true)]
+    spp: Option<u32>,
+    /// CPU seconds for each picture instead; counts then depend on the machine
+    #[arg(long, value_name = "S", value_parser = common::seconds, allow_negative_numbers = true)]
+    time: Option<f64>,
+    /// What is right: a picture (EXR, HDR), a radiance that is everywhere, or a strategy, of which a long run is made [default: the
+    /// strategy of least variance]
+    #[arg(long, value_name = "FILE")]
+    reference: Option<PathBuf>,
+    /// Root mean square error to reach, in radiance [default: the least that was reached]
+    #[arg(long, value_name = "RMS", value_parser = common::seconds, allow_negative_numbers = true)]
+    reach: Option<f64>,
+    /// Seed
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    seed: u64,
+    /// Folder for the plot, the table (CSV) and the contact sheet
+    #[arg(long, value_name = "DIR", default_value = DEFAULT_OUT)]
+    out: PathBuf,
+    /// Also write everything that was measured as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let clock = Clock::start();
+    let scene = Scene::load(&arguments.scene)?;
+    let lights = Lights::load(&scene)?;
+    let setup = clock.read();
+    let default = Experiment::default();
+    let truth = match &arguments.reference {
+        Some(given) => truth(&scene, given)?,
+        None => Truth::LongRun(None),
+    };
+    let stop = common::stop_on_ctrl_c();
+    arguments.json.as_deref().map(|file| common::output_file(file, &arguments.out)).transpose()?;
+    let _folder = OutputFolder::make(&arguments.out)?;
+    let bar = common::progress(1, "passes");
+    bar.set_message("converging");
+    let mine = bar.clone();
+    let budget = arguments.time.map(Budget::Seconds).or(arguments.spp.map(Budget::Passes));
+    let plan = Experiment {
+        strategies: common::or(&arguments.strategy, &default.strategies),
+        seeds: arguments.seeds,
+        budget: budget.unwrap_or(default.budget),
+        seed: arguments.seed,
+        truth,
+        regions: estimator::regions_by_material(&scene),
+        progress: Some(Arc::new(move |done, total| {
+            mine.set_length(total);
+            mine.set_position(done);
+        })),
+        stop: Some(Arc::clone(&stop)),
+        ..default
+    };
+    let found = convergence(&scene, &lights, &plan);
+    bar.finish_and_clear();
+    let stem = common::stem(&arguments.scene);
+    let out = |ending: &str| arguments.out.join(format!("{}-converge{ending}", common::file_stem(&stem)));
+    let stopped = |done: &str| print(&format!("stopped: {done}\n"));
+    if found.curves.iter().all(|c| c.rungs.is_empty()) {
+        stopped("no picture was measured")?;
+        return Ok(ExitCode::from(130));
+    }
+
+    print(&report::convergence_table(&found, setup, arguments.reach))?;
+    let (width, height) = (scene.picture.width, scene.picture.height);
+    let title = format!("{stem}, {width} x {height}: error against run time");
+    let svg = report::convergence_plot(&title, &found).context("can't draw the plot")?;
+    write_atomically(out(".svg"), |file| file.write_all(svg.as_bytes()))?;
+    let csv = report::convergence_to_csv(&found);
+    write_atomically(out(".csv"), |file| file.write_all(csv.as_bytes()))?;
+    if let Some(file) = &arguments.json {
+        let json = format!("{:#}\n", report::convergence_to_json(&found, setup));
+        write_atomically(file, |out| out.write_all(json.as_bytes()))?;
+    }
+    print(&format!("\nplot: {}; figures: {}\n", out(".svg").display(), out(".csv").display()))?;
+    if found.stopped {
+        stopped("what is above is of the pictures that were measured; no contact sheet")?;
+        return Ok(ExitCode::from(130));
+    }
+    if let Some(seconds) = found.common_time() {
+        let at =
+            |seconds: f64| AtEqualTime { seconds, pictures: found.at_equal_time(&scene, &lights, seconds) };
+        let times = [seconds / 8.0, seconds].map(at);
+        let sheet = report::convergence_sheet(&stem, &found, &times, common::tone(&scene));
+        write_png(out("-sheet.png"), &sheet)?;
+        print(&format!("contact sheet: {}\n", out("-sheet.png").display()))?;
+    }
+    Ok(if stop.load(Ordering::Relaxed) { ExitCode::from(130) } else { ExitCode::SUCCESS })
+}
+
+/// A long run, a picture of the scene's size, or the same radiance everywhere.
+fn truth(scene: &Scene, given: &Path) -> Result<Truth> {
+    let (width, height) = (scene.picture.width as usize, scene.picture.height as usize);
+    let text = given.to_string_lossy();
+    if let Ok(strategy) = text.parse() {
+        return Ok(Truth::LongRun(Some(strategy)));
+    }
+    Ok(Truth::Picture(match text.parse::<f32>() {
+        Ok(radiance) if radiance.is_finite() && radiance >= 0.0 => {
+            Picture::from_fn(width, height, |_, _| [radiance; 3])
+        }
+        Ok(radiance) => bail!("a reference of radiance {radiance} makes no sense"),
+        Err(_) => common::reference(scene, given)?,
+    }))
+}

@@ -1,0 +1,36 @@
+//! `warpcheck plan`: what a scene needs, what is left out, and why.
+
+use super::common::{self, LightArguments};
+use anyhow::Result;
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use warpcheck::estimator::{Plan, Strategy};
+use warpcheck::picture::write_atomically;
+use warpcheck::report;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// The scene file (TOML)
+    scene: PathBuf,
+    /// The strategies that are to be used, separated by commas
+    #[arg(long, value_delimiter = ',', default_value = "mis:0.5")]
+    strategy: Vec<Strategy>,
+    #[command(flatten)]
+    lights: LightArguments,
+    /// Also write the plan as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    arguments.json.as_deref().map(|file| common::output_file(file, Path::new(""))).transpose()?;
+    let scene = arguments.lights.scene(&arguments.scene)?;
+    let plan = Plan::of(&scene, &arguments.strategy, arguments.lights.sampling())?;
+    common::print(&report::plan_table(&plan))?;
+    if let Some(file) = &arguments.json {
+        let json = format!("{:#}\n", report::plan_to_json(&plan));
+        write_atomically(file, |out| out.write_all(json.as_bytes()))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,736 @@
+//! Error against run time: how fast strategies come to the right picture.
+//!
+//! For every strategy, several pictures of independent seeds are rendered pass by pass, each on one thread, and measured at 1, 2, 4,
+//! 8, … passes. With x the mean of a picture at a pixel and channel, r the reference, and v the squared standard error of r, the measures are
+//!
+//! - squared error: mean over pixels and channels of (x - r)^2 - v;
+//! - relative squared error: mean of ((x - r)^2 - v) / (r^2 + epsilon), epsilon = (m / 10)^2 with m the mean of the reference;
+//! - worst tile: the largest, over tiles of [`Experiment::tile`] pixels, of the mean relative squared error inside.
+//!
+//! The error of the reference is taken off, so (but for the maximum) their expectations are those of a perfect reference. They are of
+//! error, not of variance: bias is in them. Means and standard errors are over seeds.
+//!
+//! - Slope: y = A n^b is fitted to the mean squared error y of each count by the quasi-likelihood of a constant relative error
+//!   (sum of (y / A n^b - 1)(1, ln n) = 0; McCullagh and Nelder 1989, section 8.3: least squares of ln y without the bias that the
+//!   logarithm of a noisy mean has); half of b is the slope of the root, -1/2 if nothing is wrong. Its interval is the delete-one jackknife over seeds (Efron 1982) with
+//!   Student's t, since the measures of one picture depend on each other. Measures that the reference's own error exceeds a third of are left out.
+//! - Efficiency: 1 / (squared error x CPU time of a picture), at the largest count.
+//! - Bias: the squared bias is the mean over pixels and pairs of seeds i, j of (x_i - r)(x_j - r) - v, whose expectation no variance is in.
+//! - Outliers: the share of the summed squared error that the worst 0.1% of the pixels have.
+//!
+//! Everything but the times is the same to the last bit for any number of threads.
+
+use super::{Clock, Cost, Film, Lights, Settings, Strategy, render};
+use crate::picture::{Field, Picture};
+use crate::random::stream;
+use crate::scene::{RayQueries, Scene};
+use crate::statistics::{Moments, student_t};
+use rand::Rng;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+
+/// Share of the pixels that are called outliers.
+pub const OUTLIERS: f64 = 1e-3;
+/// Confidence of the intervals.
+pub const CONFIDENCE: f64 = 0.95;
+/// Passes of the pilot that finds the best strategy and what a pass costs.
+const PILOT: u32 = 8;
+/// Passes of the reference for every pass of a picture.
+const REFERENCE: u32 = 16;
+/// The first counts cost more than their share, since everything is cold: the fit does without, if enough are left.
+const WARM: u32 = 4;
+
+/// What is rendered and measured.
+#[derive(Clone)]
+pub struct Experiment {
+    /// The strategies.
+    pub strategies: Vec<Strategy>,
+    /// Pictures of each strategy, at least 2.
+    pub seeds: u32,
+    /// How long each is rendered.
+    pub budget: Budget,
+    /// Seed of everything.
+    pub seed: u64,
+    /// What is right.
+    pub truth: Truth,
+    /// Pixels along the side of a tile.
+    pub tile: usize,
+    /// Parts of the picture that are measured on their own.
+    pub regions: Vec<Region>,
+    /// Called, from any thread, with the passes done and all there are to be.
+    pub progress: Option<Arc<dyn Fn(u64, u64) + Send + Sync>>,
+    /// Set to stop after the pass; what is measured is kept.
+    pub stop: Option<Arc<AtomicBool>>,
+}
+
+impl Default for Experiment {
+    fn default() -> Self {
+        let mis = Strategy::Mis { brdf_weight: 0.5 };
+        Self {
+            strategies: vec![Strategy::Brdf, Strategy::Light, mis, Strategy::Uniform],
+            seeds: 8,
+            budget: Budget::Passes(256),
+            seed: 1,
+            truth: Truth::LongRun(None),
+            tile: 16,
+            regions: Vec::new(),
+            progress: None,
+            stop: None,
+        }
+    }
+}
+
+/// How long a picture is rendered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Budget {
+    /// So many samples a pixel, whatever they cost.
+    Passes(u32),
+    /// As many as a pilot says fit into so many seconds of CPU time, at least 2: more of what is cheap.
+    Seconds(f64),
+}
+
+/// What pictures are compared with.
+#[derive(Clone, Debug)]
+pub enum Truth {
+    /// 16 times as many samples of a strategy, from other seeds; if none is named, of the one on the list whose samples have the least
+    /// variance, as a pilot says. Its error is estimated.
+    LongRun(Option<Strategy>),
+    /// A picture of the same size, taken as exact.
+    Picture(Picture),
+}
+
+/// A part of the picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// What it shows.
+    pub name: String,
+    /// Pixels, as indices in row order.
+    pub pixels: Vec<usize>,
+}
+
+/// The pixels that show one material and nothing else (at their corners and in the middle), by its name.
+pub fn regions_by_material(scene: &Scene) -> Vec<Region> {
+    let (width, height) = (scene.picture.width as usize, scene.picture.height as usize);
+    let mut regions = BTreeMap::<&str, Vec<usize>>::new();
+    for pixel in 0..width * height {
+        let (x, y) = ((pixel % width) as f32, (pixel / width) as f32);
+        let mut seen = [(0.5, 0.5), (0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(dx, dy)| {
+            let hit = scene.rays().closest(&scene.camera.ray(x + dx, y + dy))?;
+            Some(scene.material(hit.triangle).name.as_str())
+        });
+        seen.sort();
+        if let (Some(name), true) = (seen[0], seen[0] == seen[4]) {
+            regions.entry(name).or_default().push(pixel);
+        }
+    }
+    regions.into_iter().map(|(name, pixels)| Region { name: name.to_owned(), pixels }).collect()
+}
+
+/// A mean over seeds and its standard error; NaN for less than two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// The mean.
+    pub mean: f64,
+    /// Its standard error.
+    pub error: f64,
+}
+
+impl Measured {
+    fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let moments: Moments = values.into_iter().collect();
+        Self { mean: moments.mean(), error: moments.standard_error().unwrap_or(f64::NAN) }
+    }
+}
+
+/// A figure with its interval at [`CONFIDENCE`]; infinite if there are too few seeds for one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// The figure.
+    pub value: f64,
+    /// Half the width of its interval.
+    pub half_width: f64,
+}
+
+impl Interval {
+    /// Whether a value lies inside.
+    pub fn contains(&self, value: f64) -> bool {
+        (self.value - value).abs() <= self.half_width
+    }
+}
+
+/// The measures of all pictures of a strategy at one count of passes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rung {
+    /// Samples a pixel.
+    pub passes: u32,
+    /// Pictures that came so far.
+    pub seeds: usize,
+    /// CPU seconds of a picture's passes.
+    pub cpu: Measured,
+    /// Seconds on the wall, likewise, of one thread.
+    pub wall: Measured,
+    /// Squared error, in radiance squared.
+    pub squared: Measured,
+    /// Relative squared error.
+    pub relative: Measured,
+    /// The largest relative squared error of a tile.
+    pub worst_tile: Measured,
+    /// Squared error of each of [`Experiment::regions`].
+    pub regions: Vec<Measured>,
+}
+
+/// A strategy's way to the right picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// The strategy.
+    pub strategy: Strategy,
+    /// Measures at growing counts of passes.
+    pub rungs: Vec<Rung>,
+    /// Slope of the logarithm of the root of the squared error over that of the CPU time.
+    pub slope_time: Option<Interval>,
+    /// The same over the number of samples.
+    pub slope_samples: Option<Interval>,
+    /// A, b of the squared error A t^b over CPU seconds.
+    pub fit_time: Option<(f64, f64)>,
+    /// A, b of the squared error A n^b over passes.
+    pub fit_samples: Option<(f64, f64)>,
+    /// 1 / (squared error x CPU seconds).
+    pub efficiency: f64,
+    /// Squared error that is common to all seeds, in radiance squared, and its standard error, from how it scatters over the pixels: too
+    /// large where there is bias, and more of it in some pixels.
+    pub squared_bias: Measured,
+    /// Share of the squared error in the worst 0.1% of the pixels of a picture.
+    pub outliers: Measured,
+    /// The variance that the films claim over the squared error: 1 if right, less if the films have not seen what makes up the error.
+    pub claimed: f64,
+    /// For tiles of [`WINNER_TILE`] pixels: squared error x CPU seconds.
+    pub cost: Field,
+    /// Samples that were NaN or infinite, in all pictures.
+    pub non_finite: u64,
+}
+
+/// Pixels along the side of what [`Convergence::winners`] decides about.
+pub const WINNER_TILE: usize = 8;
+
+impl Curve {
+    /// The measures at the largest count.
+    pub fn last(&self) -> Option<&Rung> {
+        self.rungs.last()
+    }
+
+    /// Passes and CPU seconds until the root of the squared error is `root`, by the fits: beyond the last count, an extrapolation.
+    pub fn to_reach(&self, root: f64) -> Option<(f64, f64)> {
+        let at = |(a, b): (f64, f64)| (b < 0.0).then(|| (root * root / a).powf(1.0 / b));
+        Some((at(self.fit_samples?)?, at(self.fit_time?)?))
+    }
+}
+
+/// What pictures were compared with.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// The mean radiance.
+    pub picture: Picture,
+    /// The strategy and passes of a long run; none if it was given.
+    pub run: Option<(Strategy, u32)>,
+    /// Its own mean squared error, estimated; 0 if it was given.
+    pub squared_error: f64,
+    /// What it took, on all threads: wall time only.
+    pub wall: f64,
+    variance: Vec<[f32; 3]>,
+}
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub struct Convergence {
+    /// One for every strategy, in the order of the plan.
+    pub curves: Vec<Curve>,
+    /// What is right.
+    pub reference: Reference,
+    /// Epsilon of the relative squared error, in radiance squared.
+    pub epsilon: f64,
+    /// Names and sizes in pixels of the regions.
+    pub regions: Vec<(String, usize)>,
+    /// Pixels along the side of a tile.
+    pub tile: usize,
+    /// Pictures of each strategy.
+    pub seeds: u32,
+    /// Seed of everything.
+    pub seed: u64,
+    /// Whether it was stopped before all was measured.
+    pub stopped: bool,
+}
+
+/// What one picture had at one count.
+struct Sight {
+    passes: u32,
+    cost: Cost,
+    squared: f64,
+    relative: f64,
+    worst_tile: f64,
+    regions: Vec<f64>,
+}
+
+/// One picture, measured on the way.
+#[derive(Default)]
+struct Run {
+    sights: Vec<Sight>,
+    /// x - r at the last sight.
+    difference: Vec<[f32; 3]>,
+    /// Mean squared standard error that the film claims.
+    claimed: f64,
+    outliers: f64,
+    non_finite: u64,
+}
+
+/// Renders and measures.
+///
+/// ```
+/// use warpcheck::estimator::{Budget, Lights, Experiment, Strategy, convergence};
+/// use warpcheck::scene::Scene;
+/// let file = concat!(env!("CARGO_MANIFEST_DIR"), "/data/scene/cornell.toml");
+/// let text = std::fs::read_to_string(file)?.replace("256", "16");
+/// let scene = Scene::from_toml(&text, file)?;
+/// let plan = Experiment { strategies: vec![Strategy::Light], seeds: 3, budget: Budget::Passes(16), ..Experiment::default() };
+/// let found = convergence(&scene, &Lights::load(&scene)?, &plan);
+/// let slope = found.curves[0].slope_samples.unwrap();
+/// assert!(slope.contains(-0.5), "{slope:?}");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Panics
+/// If there is no strategy, the tile is 0, or a picture that is given has another size than the scene's.
+pub fn convergence(scene: &Scene, lights: &Lights, plan: &Experiment) -> Convergence {
+    assert!(!plan.strategies.is_empty() && plan.tile > 0, "nothing to measure");
+    let work = Work::new(scene, lights, plan);
+    let reference = work.reference();
+    let mean = reference.picture.pixels().iter().flatten().map(|&r| f64::from(r)).sum::<f64>()
+        / (3 * reference.picture.pixels().len()) as f64;
+    let epsilon = (0.1 * mean).powi(2).max(f64::MIN_POSITIVE);
+    let count = plan.strategies.len();
+    // Seeds come one after the other, so that what is done when it is stopped is something of every strategy.
+    let runs = work.on_threads(count * plan.seeds as usize, |i| {
+        let (strategy, seed) = (i % count, i / count);
+        work.run(strategy, seed as u64, &reference, epsilon)
+    });
+    let of = |strategy: usize| {
+        let runs: Vec<_> =
+            runs.iter().skip(strategy).step_by(count).filter(|r| !r.sights.is_empty()).collect();
+        curve(scene, plan.strategies[strategy], &runs, &reference)
+    };
+    Convergence {
+        curves: (0..count).map(of).collect(),
+        epsilon,
+        regions: plan.regions.iter().map(|r| (r.name.clone(), r.pixels.len())).collect(),
+        tile: plan.tile,
+        seeds: plan.seeds,
+        seed: plan.seed,
+        stopped: work.stopped(),
+        reference,
+    }
+}
+
+impl Convergence {
+    /// The most CPU seconds that every strategy's pictures had, each up to its largest count.
+    pub fn common_time(&self) -> Option<f64> {
+        let times = self.curves.iter().map(|c| c.last().map(|rung| rung.cpu.mean));
+        times.collect::<Option<Vec<_>>>()?.into_iter().reduce(f64::min)
+    }
+
+    /// For every strategy, a picture of as many passes as fit into `seconds` of CPU time by what was measured, at least 1; how many is
+    /// the only thing about it that depends on times. They have the seeds of the first pictures that were measured.
+    pub fn at_equal_time(&self, scene: &Scene, lights: &Lights, seconds: f64) -> Vec<(u32, Film)> {
+        let pictures = self.curves.iter().map(|curve| {
+            let pass = curve.last().map_or(f64::INFINITY, |r| r.cpu.mean / f64::from(r.passes));
+            let spp = ((seconds / pass).round() as u32).max(1);
+            let seed = seed_of(self.seed, "picture", curve.strategy, 0);
+            (spp, render(scene, lights, curve.strategy, Settings { spp, seed }, |_| true).film)
+        });
+        pictures.collect()
+    }
+
+    /// |x - r| / sqrt(r^2 + epsilon), the root of its mean square over the channels.
+    pub fn error_map(&self, film: &Film) -> Field {
+        let width = film.width();
+        Field::from_fn(width, film.height(), |x, y| {
+            let (mean, r) = (film.pixel(x, y).mean(), self.reference.picture.pixels()[y * width + x]);
+            let squares = (0..3).map(|c| {
+                let r = f64::from(r[c]);
+                (mean[c] - r).powi(2) / (r * r + self.epsilon)
+            });
+            (squares.sum::<f64>() / 3.0).sqrt()
+        })
+    }
+
+    /// For tiles of [`WINNER_TILE`] pixels: the strategy (its place on the list) with the least squared error x time, and how
+    /// many times more the second needs; none where all are without error.
+    pub fn winners(&self) -> Vec<Option<(usize, f64)>> {
+        let tiles = self.curves[0].cost.values().len();
+        let winner = |tile: usize| {
+            let mut costs: Vec<_> =
+                self.curves.iter().map(|c| c.cost.values()[tile].max(0.0)).enumerate().collect();
+            costs.retain(|(_, cost)| !cost.is_nan());
+            costs.sort_by(|a, b| a.1.total_cmp(&b.1));
+            let &(best, least) = costs.first()?;
+            let second = costs.get(1).map_or(f64::INFINITY, |x| x.1);
+            (second > 0.0).then_some((best, second / least))
+        };
+        (0..tiles).map(winner).collect()
+    }
+}
+
+fn seed_of(seed: u64, purpose: &str, strategy: Strategy, number: u64) -> u64 {
+    stream(seed, &format!("converge {purpose} {strategy}"), number).next_u64()
+}
+
+struct Work<'a> {
+    scene: &'a Scene,
+    lights: &'a Lights,
+    plan: &'a Experiment,
+    /// Passes of each strategy.
+    passes: Vec<u32>,
+    /// Place on the list of the strategy whose samples have the least variance.
+    best: usize,
+    done: AtomicU64,
+    total: u64,
+}
+
+impl<'a> Work<'a> {
+    fn new(scene: &'a Scene, lights: &'a Lights, plan: &'a Experiment) -> Self {
+        let count = plan.strategies.len();
+        let mut work =
+            Self { scene, lights, plan, passes: Vec::new(), best: 0, done: AtomicU64::new(0), total: 0 };
+        let pilots = work.on_threads(count, |i| {
+            let strategy = plan.strategies[i];
+            let clock = Clock::start();
+            let settings = Settings { spp: PILOT, seed: seed_of(plan.seed, "pilot", strategy, 0) };
+            let film = render(scene, lights, strategy, settings, |_| !work.stopped()).film;
+            (claimed_variance(&film), clock.read().cpu.as_secs_f64() / f64::from(PILOT))
+        });
+        work.passes = match plan.budget {
+            Budget::Passes(passes) => vec![passes.max(2); count],
+            Budget::Seconds(s) => pilots.iter().map(|&(_, pass)| ((s / pass) as u32).max(2)).collect(),
+        };
+        let least = |a: &usize, b: &usize| pilots[*a].0.total_cmp(&pilots[*b].0);
+        work.best = (0..count).min_by(least).unwrap_or(0);
+        let pictures = work.passes.iter().map(|&p| u64::from(p) * u64::from(plan.seeds)).sum::<u64>();
+        work.total = pictures + u64::from(work.reference_passes());
+        work
+    }
+
+    fn reference_passes(&self) -> u32 {
+        match self.plan.truth {
+            Truth::LongRun(_) => self.passes[self.best].saturating_mul(REFERENCE),
+            Truth::Picture(_) => 0,
+        }
+    }
+
+    fn stopped(&self) -> bool {
+        self.plan.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
+    }
+
+    /// Counts a pass; whether to go on.
+    fn pass(&self) -> bool {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        self.plan.progress.iter().for_each(|progress| progress(done, self.total));
+        !self.stopped()
+    }
+
+    /// `f(0), …, f(count - 1)`, each on one thread alone, as many at a time as there are threads.
+    fn on_threads<T: Send>(&self, count: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        let next = AtomicUsize::new(0);
+        let work = || {
+            // What is parallel inside of it happens on this one thread, which can then read its own clock.
+            let alone =
+                rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread can be started");
+            let indices =
+                std::iter::from_fn(|| Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&i| i < count));
+            indices.map(|i| (i, alone.install(|| f(i)))).collect::<Vec<_>>()
+        };
+        let workers = rayon::current_num_threads().min(count);
+        let mut results: Vec<_> = std::thread::scope(|scope| {
+            let threads: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+            threads
+                .into_iter()
+                .flat_map(|t| t.join().unwrap_or_else(|e| std::panic::resume_unwind(e)))
+                .collect()
+        });
+        results.sort_by_key(|&(i, _)| i);
+        results.into_iter().map(|(_, result)| result).collect()
+    }
+
+    fn reference(&self) -> Reference {
+        let pixels = (self.scene.picture.width * self.scene.picture.height) as usize;
+        let named = match &self.plan.truth {
+            Truth::LongRun(named) => *named,
+            Truth::Picture(picture) => {
+                let size = [picture.width(), picture.height()];
+                let wanted = [self.scene.picture.width, self.scene.picture.height].map(|x| x as usize);
+                assert_eq!(size, wanted, "the reference has another size than the scene's picture");
+                let variance = vec![[0.0; 3]; pixels];
+                return Reference {
+                    picture: picture.clone(),
+                    run: None,
+                    squared_error: 0.0,
+                    wall: 0.0,
+                    variance,
+                };
+            }
+        };
+        let strategy = named.unwrap_or(self.plan.strategies[self.best]);
+        let clock = Clock::start();
+        let settings = Settings {
+            spp: self.reference_passes(),
+            seed: seed_of(self.plan.seed, "reference", strategy, 0),
+        };
+        let rendered = render(self.scene, self.lights, strategy, settings, |_| self.pass());
+        let variance = rendered.film.pixels().iter();
+        Reference {
+            picture: rendered.film.picture(),
+            run: Some((strategy, rendered.passes)),
+            squared_error: claimed_variance(&rendered.film),
+            wall: clock.read().wall.as_secs_f64(),
+            variance: variance.map(|p| p.standard_error().map(|e| (e * e) as f32)).collect(),
+        }
+    }
+
+    fn run(&self, strategy: usize, number: u64, reference: &Reference, epsilon: f64) -> Run {
+        let mut run = Run::default();
+        if self.stopped() {
+            return run;
+        }
+        let (strategy, most) = (self.plan.strategies[strategy], self.passes[strategy]);
+        let settings = Settings { spp: 0, seed: seed_of(self.plan.seed, "picture", strategy, number) };
+        let mut rendered = render(self.scene, self.lights, strategy, settings, |_| true);
+        let counts =
+            std::iter::successors(Some(1_u32), |n| n.checked_mul(2)).take_while(|&n| n < most).chain([most]);
+        let mut cost = Cost::default();
+        for passes in counts {
+            let clock = Clock::start();
+            rendered.resume(self.scene, self.lights, passes, |_| self.pass());
+            cost += clock.read();
+            if rendered.passes < passes {
+                break;
+            }
+            run.sights.push(self.see(&rendered.film, passes, cost, reference, epsilon));
+            // The film of the last full count, whatever comes after it.
+            run.difference = differences(&rendered.film, reference);
+            run.claimed = claimed_variance(&rendered.film);
+        }
+        run.non_finite = rendered.non_finite;
+        let mut squares: Vec<f64> =
+            run.difference.iter().map(|d| d.iter().map(|&d| f64::from(d).powi(2)).sum()).collect();
+        squares.sort_by(|a, b| b.total_cmp(a));
+        let worst = (squares.len() as f64 * OUTLIERS).ceil() as usize;
+        run.outliers = squares.iter().take(worst).sum::<f64>() / squares.iter().sum::<f64>();
+        run
+    }
+
+    fn see(&self, film: &Film, passes: u32, cost: Cost, reference: &Reference, epsilon: f64) -> Sight {
+        let mut squared = Vec::with_capacity(film.pixels().len());
+        let (width, tile) = (film.width(), self.plan.tile);
+        let columns = width.div_ceil(tile);
+        let mut tiles = vec![(0.0, 0.0); columns * film.height().div_ceil(tile)];
+        for (i, (pixel, (r, v))) in
+            film.pixels().iter().zip(reference.picture.pixels().iter().zip(&reference.variance)).enumerate()
+        {
+            let (mut square, mut relative) = (0.0, 0.0);
+            for (x, (&r, &v)) in pixel.mean().into_iter().zip(r.iter().zip(v)) {
+                let (r, v) = (f64::from(r), f64::from(v));
+                let s = (x - r).powi(2) - v;
+                square += s / 3.0;
+                relative += s / (r * r + epsilon) / 3.0;
+            }
+            squared.push(square);
+            let (sum, number) = &mut tiles[i / width / tile * columns + i % width / tile];
+            *sum += relative;
+            *number += 1.0;
+        }
+        let mean = |values: &mut dyn Iterator<Item = f64>, count: usize| values.sum::<f64>() / count as f64;
+        let regions = self.plan.regions.iter();
+        Sight {
+            passes,
+            cost,
+            relative: tiles.iter().map(|t| t.0).sum::<f64>() / squared.len() as f64,
+            worst_tile: tiles.iter().map(|t| t.0 / t.1).fold(f64::NEG_INFINITY, f64::max),
+            regions: regions
+                .map(|r| mean(&mut r.pixels.iter().map(|&p| squared[p]), r.pixels.len()))
+                .collect(),
+            squared: mean(&mut squared.iter().copied(), squared.len()),
+        }
+    }
+}
+
+/// Mean over pixels and channels of the squared standard error.
+fn claimed_variance(film: &Film) -> f64 {
+    let squares = film.pixels().iter().flat_map(|p| p.standard_error()).map(|e| e * e);
+    squares.sum::<f64>() / (3 * film.pixels().len()) as f64
+}
+
+fn differences(film: &Film, reference: &Reference) -> Vec<[f32; 3]> {
+    let pixels = film.pixels().iter().zip(reference.picture.pixels());
+    pixels
+        .map(|(pixel, r)| {
+            let mean = pixel.mean();
+            [0, 1, 2].map(|c| (mean[c] - f64::from(r[c])) as f32)
+        })
+        .collect()
+}
+
+fn curve(scene: &Scene, strategy: Strategy, runs: &[&Run], reference: &Reference) -> Curve {
+    let counts = runs.iter().map(|r| r.sights.len()).max().unwrap_or(0);
+    let at = |rung: usize| runs.iter().filter_map(move |r| r.sights.get(rung));
+    let rungs: Vec<Rung> = (0..counts)
+        .map(|i| {
+            let measured = |f: fn(&Sight) -> f64| Measured::of(at(i).map(f));
+            let regions = at(i).next().map_or(0, |s| s.regions.len());
+            Rung {
+                passes: at(i).next().map_or(0, |s| s.passes),
+                seeds: at(i).count(),
+                cpu: measured(|s| s.cost.cpu.as_secs_f64()),
+                wall: measured(|s| s.cost.wall.as_secs_f64()),
+                squared: measured(|s| s.squared),
+                relative: measured(|s| s.relative),
+                worst_tile: measured(|s| s.worst_tile),
+                regions: (0..regions).map(|k| Measured::of(at(i).map(|s| s.regions[k]))).collect(),
+            }
+        })
+        .collect();
+
+    // Of what the reference is good enough for, all seeds but `without`.
+    let fit = |by_time: bool, without: Option<usize>| {
+        let usable = rungs.iter().filter(|r| r.squared.mean > 3.0 * reference.squared_error);
+        let usable: Vec<_> = usable.map(|r| r.passes).collect();
+        let warm = usable.iter().filter(|&&n| n >= WARM).count();
+        let used = |s: &&Sight| usable.contains(&s.passes) && (warm < 3 || s.passes >= WARM);
+        let (mut x, mut y) = (Vec::new(), Vec::new());
+        for i in 0..counts {
+            let others = runs.iter().enumerate().filter(|(k, _)| Some(*k) != without).map(|(_, run)| run);
+            let sights: Vec<_> = others.filter_map(|r| r.sights.get(i)).filter(used).collect();
+            if !sights.is_empty() {
+                let mean = |f: &dyn Fn(&Sight) -> f64| {
+                    sights.iter().map(|s| f(s)).sum::<f64>() / sights.len() as f64
+                };
+                x.push(if by_time {
+                    mean(&|s| s.cost.cpu.as_secs_f64())
+                } else {
+                    f64::from(sights[0].passes)
+                });
+                y.push(mean(&|s| s.squared));
+            }
+        }
+        power_law(&x, &y)
+    };
+    let slope = |by_time: bool| {
+        let value = 0.5 * fit(by_time, None)?.1;
+        let parts: Option<Vec<f64>> = (0..runs.len()).map(|k| Some(0.5 * fit(by_time, Some(k))?.1)).collect();
+        let n = runs.len() as f64;
+        let half_width = match parts {
+            Some(parts) if runs.len() > 1 => {
+                let mean = parts.iter().sum::<f64>() / n;
+                let spread = parts.iter().map(|b| (b - mean).powi(2)).sum::<f64>();
+                let t = student_t::isf(0.5 * (1.0 - CONFIDENCE), n - 1.0).unwrap_or(f64::INFINITY);
+                t * (spread * (n - 1.0) / n).sqrt()
+            }
+            _ => f64::INFINITY,
+        };
+        Some(Interval { value, half_width })
+    };
+
+    // Only of pictures that came as far as the farthest.
+    let whole: Vec<_> = runs.iter().filter(|r| r.sights.len() == counts).collect();
+    let last = rungs.last();
+    let (squared, cpu) = last.map_or((f64::NAN, f64::NAN), |r| (r.squared.mean, r.cpu.mean));
+    let (bias, cost) = across_seeds(scene, &whole, reference, cpu);
+    Curve {
+        strategy,
+        slope_time: slope(true),
+        slope_samples: slope(false),
+        fit_time: fit(true, None),
+        fit_samples: fit(false, None),
+        efficiency: 1.0 / (squared * cpu),
+        squared_bias: bias,
+        outliers: Measured::of(whole.iter().map(|r| r.outliers)),
+        claimed: whole.iter().map(|r| r.claimed).sum::<f64>() / whole.len() as f64 / squared,
+        cost,
+        non_finite: runs.iter().map(|r| r.non_finite).sum(),
+        rungs,
+    }
+}
+
+/// Squared bias over pixels, and the squared error x time over tiles.
+fn across_seeds(scene: &Scene, runs: &[&&Run], reference: &Reference, cpu: f64) -> (Measured, Field) {
+    let (width, height) = (scene.picture.width as usize, scene.picture.height as usize);
+    let n = runs.len() as f64;
+    let mut bias = Moments::new();
+    let (columns, rows) = (width.div_ceil(WINNER_TILE), height.div_ceil(WINNER_TILE));
+    let mut tiles = vec![Moments::new(); columns * rows];
+    for (pixel, v) in reference.variance.iter().enumerate().filter(|_| n > 0.0) {
+        let (mut product, mut square) = (0.0, 0.0);
+        for (c, &v) in v.iter().enumerate() {
+            let differences = runs.iter().map(|r| f64::from(r.difference[pixel][c]));
+            let (sum, squares) = differences.fold((0.0, 0.0), |(s, q), d| (s + d, q + d * d));
+            product += ((sum * sum - squares) / (n * (n - 1.0)) - f64::from(v)) / 3.0;
+            square += (squares / n - f64::from(v)) / 3.0;
+        }
+        bias.add(product);
+        tiles[pixel / width / WINNER_TILE * columns + pixel % width / WINNER_TILE].add(square);
+    }
+    let cost = |x: usize, y: usize| match tiles[y * columns + x] {
+        tile if tile.count() == 0 => f64::NAN,
+        tile => tile.mean() * cpu,
+    };
+    let bias = Measured { mean: bias.mean(), error: bias.standard_error().unwrap_or(f64::NAN) };
+    (bias, Field::from_fn(columns, rows, cost))
+}
+
+/// A and b of y = A x^b, so that the relative residuals have sum 0, alone and times ln x. None below 2 points, or if it is no
+/// decreasing or growing of positive values.
+fn power_law(x: &[f64], y: &[f64]) -> Option<(f64, f64)> {
+    if x.len() < 2 || x.iter().chain(y).any(|v| !(*v > 0.0)) {
+        return None;
+    }
+    let n = x.len() as f64;
+    let x: Vec<f64> = x.iter().map(|x| x.ln()).collect();
+    let mean_x = x.iter().sum::<f64>() / n;
+    let spread = x.iter().map(|x| (x - mean_x).powi(2)).sum::<f64>();
+    // Least squares of ln y, then of the working response ln(fit) + y / fit - 1 until it stands.
+    let mut target: Vec<f64> = y.iter().map(|y| y.ln()).collect();
+    let mut found = (f64::NAN, f64::NAN);
+    for _ in 0..100 {
+        let mean = target.iter().sum::<f64>() / n;
+        let b = x.iter().zip(&target).map(|(x, t)| (x - mean_x) * (t - mean)).sum::<f64>() / spread;
+        let a = mean - b * mean_x;
+        let moved = (a - found.0).abs() + (b - found.1).abs();
+        found = (a, b);
+        if moved < 1e-12 {
+            break;
+        }
+        for ((t, x), y) in target.iter_mut().zip(&x).zip(y) {
+            let fit = a + b * x;
+            *t = fit + y / fit.exp() - 1.0;
+        }
+    }
+    let (a, b) = (found.0.exp(), found.1);
+    (a.is_finite() && a > 0.0 && b.is_finite()).then_some((a, b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn powers_are_found() {
+        let x = [1.0, 2.0, 4.0, 8.0, 16.0];
+        let (a, b) = power_law(&x, &x.map(|x: f64| 3.0 * x.powf(-0.8))).unwrap();
+        assert!((a - 3.0).abs() < 1e-9 && (b + 0.8).abs() < 1e-9);
+        // With noise the two sums are 0.
+        let y = [3.1, 1.2, 0.9, 0.3, 0.2];
+        let (a, b) = power_law(&x, &y).unwrap();
+        let residuals: Vec<f64> = x.iter().zip(y).map(|(x, y)| y / (a * x.powf(b)) - 1.0).collect();
+        assert!(residuals.iter().sum::<f64>().abs() < 1e-9);
+        assert!(residuals.iter().zip(x).map(|(r, x)| r * x.ln()).sum::<f64>().abs() < 1e-9);
+        assert_eq!(power_law(&[1.0], &[1.0]), None);
+        assert_eq!(power_law(&[1.0, 2.0], &[1.0, 0.0]), None);
+    }
+}

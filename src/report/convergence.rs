@@ -1,0 +1,271 @@
+//! Error against run time as a table for people, CSV for spreadsheets and JSON for programs.
+
+use crate::estimator::{Convergence, Cost, Curve, Interval, Measured, OUTLIERS};
+use std::fmt::Write;
+
+/// Where errors are compared: the root mean square error of the strategy that came closest, which is what each is asked to reach unless told.
+fn target(found: &Convergence) -> Option<f64> {
+    let last = found.curves.iter().filter_map(|c| c.last()).map(|r| r.squared.mean).filter(|e| *e > 0.0);
+    last.reduce(f64::min).map(f64::sqrt)
+}
+
+fn root(m: Measured) -> String {
+    let root = m.mean.max(0.0).sqrt();
+    match m.error / (2.0 * root) {
+        half if half.is_finite() => format!("{root:.3e} ± {:.0}%", 100.0 * half / root),
+        _ => format!("{root:.3e}"),
+    }
+}
+
+fn slope(s: Option<Interval>) -> String {
+    s.map_or("-".to_owned(), |s| format!("{:.3} ± {:.3}", s.value, s.half_width))
+}
+
+fn times(x: f64) -> String {
+    match x {
+        x if !x.is_finite() => "-".to_owned(),
+        x if x < 9.995 => format!("{x:.2}"),
+        x => format!("{x:.0}"),
+    }
+}
+
+/// Errors at the largest count, slopes, efficiencies, what it takes to reach an error (`reach`, root mean square in radiance; otherwise
+/// that of the strategy that came closest), and the parts of the picture at equal time. `setup` is what it took to read the scene and to build its lights.
+pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -> String {
+    let mut out = String::new();
+    let name = |c: &Curve| c.strategy.to_string();
+    let width = found.curves.iter().map(|c| name(c).len()).max().unwrap_or(0).max("strategy".len());
+    let _ = writeln!(
+        out,
+        "{:width$}  {:>7} {:>8} {:>8}  {:>16} {:>16} {:>16}  {:>15} {:>15}",
+        "strategy",
+        "samples",
+        "CPU s",
+        "wall s",
+        "rms error",
+        "relative rms",
+        "worst tile",
+        "slope: time",
+        "samples"
+    );
+    for curve in &found.curves {
+        let Some(last) = curve.last() else {
+            let _ = writeln!(out, "{:width$}  nothing was measured", name(curve));
+            continue;
+        };
+        let _ = writeln!(
+            out,
+            "{:width$}  {:>7} {:>8.3} {:>8.3}  {:>16} {:>16} {:>16}  {:>15} {:>15}",
+            name(curve),
+            last.passes,
+            last.cpu.mean,
+            last.wall.mean,
+            root(last.squared),
+            root(last.relative),
+            root(last.worst_tile),
+            slope(curve.slope_time),
+            slope(curve.slope_samples)
+        );
+    }
+    let reach = reach.or_else(|| target(found)).unwrap_or(f64::NAN);
+    let best = found.curves.iter().map(|c| c.efficiency).filter(|e| e.is_finite()).fold(0.0, f64::max);
+    let _ = writeln!(
+        out,
+        "\n{:width$}  {:>10} {:>14}  {:>20} {:>9}  {:>20}  {:>11} {:>16}",
+        "strategy",
+        "efficiency",
+        "time over best",
+        format!("samples to {reach:.2e}"),
+        "CPU s",
+        "bias^2",
+        "worst 0.1%",
+        "claimed variance"
+    );
+    for curve in found.curves.iter().filter(|c| c.last().is_some()) {
+        let (samples, seconds) = curve.to_reach(reach).map_or(("-".to_owned(), "-".to_owned()), |(n, t)| {
+            let beyond = curve.last().is_some_and(|l| n > 1.001 * f64::from(l.passes));
+            (format!("{}{n:.0}", if beyond { "~" } else { "" }), format!("{t:.2}"))
+        });
+        let _ = writeln!(
+            out,
+            "{:width$}  {:>10.3e} {:>14}  {samples:>20} {seconds:>9}  {:>20}  {:>10.1}% {:>16}",
+            name(curve),
+            curve.efficiency,
+            times(best / curve.efficiency),
+            format!("{:.1e} ± {:.0e}", curve.squared_bias.mean, curve.squared_bias.error),
+            100.0 * curve.outliers.mean,
+            times(curve.claimed),
+        );
+    }
+    if !found.regions.is_empty() {
+        regions(&mut out, found);
+    }
+    let Cost { cpu, wall } = setup;
+    let _ = writeln!(
+        out,
+        "\nreference: {}; relative errors over r^2 + {:.2e}; {} seeds from {}; tiles of {} pixels\n\
+         set-up (scene and lights): {:.3} s CPU, {:.3} s wall, not in the times above, which are of the passes on one thread",
+        match found.reference.run {
+            Some((strategy, passes)) => format!(
+                "{strategy} at {passes} samples a pixel, {:.1} s, own rms error {:.2e} (taken off)",
+                found.reference.wall,
+                found.reference.squared_error.sqrt()
+            ),
+            None => "given, taken as exact: its own error shows as bias^2".to_owned(),
+        },
+        found.epsilon,
+        found.seeds,
+        found.seed,
+        found.tile,
+        cpu.as_secs_f64(),
+        wall.as_secs_f64()
+    );
+    let _ = writeln!(
+        out,
+        "efficiency: 1 / (squared error x CPU s); worst 0.1%: their share of the squared error; claimed variance: that of the film over the squared error, \
+         1 unless light is yet unseen; ~: beyond what was measured"
+    );
+    for curve in found.curves.iter().filter(|c| c.non_finite > 0) {
+        let _ = writeln!(
+            out,
+            "{}: {} samples were NaN or infinite and count as black: this is a bug",
+            curve.strategy, curve.non_finite
+        );
+    }
+    out
+}
+
+/// Errors of parts of the picture at equal time, over the least of all strategies.
+fn regions(out: &mut String, found: &Convergence) {
+    let width =
+        found.regions.iter().map(|r| r.0.len()).max().unwrap_or(0).max("rms error at equal time".len());
+    let _ = write!(out, "\n{:width$} {:>7}", "rms error at equal time", "pixels");
+    found.curves.iter().for_each(|c| {
+        let _ = write!(out, " {:>9}", c.strategy);
+    });
+    let _ = writeln!(out);
+    for (name, pixels, ratios) in region_ratios(found) {
+        let _ = write!(out, "{name:width$} {pixels:>7}");
+        ratios.iter().for_each(|r| {
+            let _ = write!(out, " {:>9}", times(*r));
+        });
+        let _ = writeln!(out);
+    }
+    let _ = writeln!(
+        out,
+        "over that of the best strategy, by what the picture shows (materials); its square is the ratio of times for equal error"
+    );
+}
+
+/// For the whole picture and each part: its name, its pixels, and the root mean square error of each strategy at equal CPU time (by the
+/// law of the square root, from its largest count) over the least of them. 1 is the best; NaN where there is no error.
+pub fn region_ratios(found: &Convergence) -> Vec<(String, usize, Vec<f64>)> {
+    let pixels = found.reference.picture.pixels().len();
+    let whole = ("whole picture".to_owned(), pixels);
+    let row = |(i, (name, pixels)): (usize, &(String, usize))| {
+        let cost = |c: &Curve| {
+            c.last().map_or(f64::NAN, |l| {
+                let squared = if i == 0 { l.squared } else { l.regions[i - 1] };
+                (squared.mean.max(0.0) * l.cpu.mean).sqrt()
+            })
+        };
+        let costs: Vec<f64> = found.curves.iter().map(cost).collect();
+        let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
+        (name.clone(), *pixels, costs.iter().map(|c| c / least).collect())
+    };
+    std::iter::once(&whole).chain(&found.regions).enumerate().map(row).collect()
+}
+
+/// A line for every strategy and count, with a header.
+pub fn convergence_to_csv(found: &Convergence) -> String {
+    let mut out = "strategy,samples,seeds,cpu_seconds,wall_seconds,squared_error,squared_error_se,\
+                   relative_squared_error,relative_squared_error_se,worst_tile,worst_tile_se\n"
+        .to_owned();
+    for curve in &found.curves {
+        for r in &curve.rungs {
+            let _ = writeln!(
+                out,
+                "{},{},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e}",
+                curve.strategy,
+                r.passes,
+                r.seeds,
+                r.cpu.mean,
+                r.wall.mean,
+                r.squared.mean,
+                r.squared.error,
+                r.relative.mean,
+                r.relative.error,
+                r.worst_tile.mean,
+                r.worst_tile.error
+            );
+        }
+    }
+    out
+}
+
+/// Everything that was measured. `version` grows when the meaning of a field changes.
+#[cfg(feature = "json")]
+pub fn convergence_to_json(found: &Convergence, setup: Cost) -> serde_json::Value {
+    use serde_json::{Value, json};
+    let measured = |m: Measured| json!({ "mean": m.mean, "standard_error": m.error });
+    let interval = |s: Option<Interval>| {
+        s.map_or(Value::Null, |s| json!({ "value": s.value, "half_width": s.half_width }))
+    };
+    let power = |f: Option<(f64, f64)>| f.map_or(Value::Null, |(a, b)| json!({ "factor": a, "exponent": b }));
+    let reach = target(found);
+    let curves = found.curves.iter().map(|c| {
+        let rungs = c.rungs.iter().map(|r| {
+            let regions = found.regions.iter().zip(&r.regions).map(|(n, m)| (n.0.clone(), measured(*m)));
+            json!({
+                "samples": r.passes,
+                "seeds": r.seeds,
+                "cpu_seconds": measured(r.cpu),
+                "wall_seconds": measured(r.wall),
+                "squared_error": measured(r.squared),
+                "relative_squared_error": measured(r.relative),
+                "worst_tile": measured(r.worst_tile),
+                "regions": regions.collect::<serde_json::Map<_, _>>(),
+            })
+        });
+        let reached = reach.and_then(|e| c.to_reach(e)).map_or(
+            Value::Null,
+            |(samples, seconds)| json!({ "rms_error": reach, "samples": samples, "cpu_seconds": seconds }),
+        );
+        json!({
+            "strategy": c.strategy.to_string(),
+            "rungs": rungs.collect::<Vec<_>>(),
+            "slope_over_time": interval(c.slope_time),
+            "slope_over_samples": interval(c.slope_samples),
+            "squared_error_over_time": power(c.fit_time),
+            "squared_error_over_samples": power(c.fit_samples),
+            "efficiency": c.efficiency,
+            "to_reach": reached,
+            "squared_bias": measured(c.squared_bias),
+            "outliers": measured(c.outliers),
+            "claimed_variance": c.claimed,
+            "non_finite": c.non_finite,
+        })
+    });
+    let reference = match found.reference.run {
+        Some((strategy, samples)) => json!({
+            "strategy": strategy.to_string(),
+            "samples": samples,
+            "squared_error": found.reference.squared_error,
+        }),
+        None => json!({ "given": true }),
+    };
+    json!({
+        "version": 1,
+        "program": concat!("warpcheck ", env!("CARGO_PKG_VERSION")),
+        "seed": found.seed,
+        "seeds": found.seeds,
+        "tile": found.tile,
+        "epsilon": found.epsilon,
+        "outlier_share": OUTLIERS,
+        "confidence": crate::estimator::CONFIDENCE,
+        "stopped": found.stopped,
+        "reference": reference,
+        "setup": { "cpu_seconds": setup.cpu.as_secs_f64(), "wall_seconds": setup.wall.as_secs_f64() },
+        "strategies": curves.collect::<Vec<_>>(),
+    })
+}

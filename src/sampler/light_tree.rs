@@ -1,0 +1,232 @@
+//! Selection by power over squared distance.
+//!
+//! Seen from x, a light of power P at distance d brings P / d^2: where lights are many, selection should follow that, and no table can, since the weights differ
+//! at every x. A binary tree over the lights can (Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018): from
+//! the root, one variate goes to the left child with probability
+//!
+//!   p = w_left / (w_left + w_right),   w = P / max(d^2, r^2),
+//!
+//! P the summed power of a node, d the distance from x to the centre of its bounding box, r half its diagonal (closer than that, the box has no
+//! distance worth the name). p is kept 2^-30 away from 0 and 1, so that every light is reached by 53-bit variates from everywhere. The mass
+//! of a light is the product of the probabilities on its way, multiplied in the same order by `choose` and `mass`: the two agree to the last bit.
+//!
+//! The tree is cut in the middle along the widest axis, so its depth is log2 of the number of lights, and its shape needs no pointers: in preorder a
+//! node with k lights is followed by its left half, k / 2 lights in 2 (k / 2) - 1 nodes, and that by the right half.
+
+use super::Error;
+use glam::{DVec3, Vec3};
+
+/// The least probability of a child.
+const LEAST: f64 = 1.0 / (1 << 30) as f64;
+
+/// Triangles, selected by power over squared distance as seen from a point. See the file for its mathematics.
+///
+/// ```
+/// use glam::Vec3;
+/// use warpcheck::sampler::LightTree;
+/// let at = |x: f32| [Vec3::new(x, 0.0, 0.0), Vec3::new(x + 0.1, 0.0, 0.0), Vec3::new(x, 0.1, 0.0)];
+/// let tree = LightTree::new([(at(0.0), 1.0), (at(4.0), 1.0)])?;
+/// let (index, mass) = tree.choose(Vec3::Z, 0.3);
+/// assert_eq!((index, mass), (0, tree.mass(Vec3::Z, 0)));
+/// assert!(mass > 0.9); // the near one: 1 against 1/17
+/// # Ok::<(), warpcheck::sampler::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct LightTree {
+    /// In preorder.
+    nodes: Box<[Node]>,
+    /// The light at each place of the tree's lower end, and the place of each light.
+    lights: Box<[u32]>,
+    places: Box<[u32]>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    centre: DVec3,
+    /// r^2.
+    least: f64,
+    power: f64,
+}
+
+/// A node, its index, and the places under it.
+#[derive(Clone, Copy)]
+struct Branch {
+    node: usize,
+    from: usize,
+    to: usize,
+}
+
+impl Branch {
+    fn halves(self) -> Option<[Self; 2]> {
+        let Self { node, from, to } = self;
+        let middle = from + (to - from) / 2;
+        let left = Self { node: node + 1, from, to: middle };
+        (to - from > 1).then_some([left, Self { node: node + 2 * (middle - from), from: middle, to }])
+    }
+}
+
+impl LightTree {
+    /// A tree over triangles and their powers, all above 0 in any unit.
+    ///
+    /// # Errors
+    /// Without triangles, or if a power is not finite and above 0 or a vertex is not finite (named by its index).
+    pub fn new(lights: impl IntoIterator<Item = ([Vec3; 3], f64)>) -> Result<Self, Error> {
+        let lights: Vec<_> = lights.into_iter().collect();
+        for (index, &(vertices, power)) in lights.iter().enumerate() {
+            if let Some(&vertex) = vertices.iter().find(|v| !v.is_finite()) {
+                return Err(Error::Vertex { triangle: index, vertex });
+            }
+            if !(power.is_finite() && power > 0.0) {
+                return Err(Error::Weight { index, value: power });
+            }
+        }
+        if lights.is_empty() {
+            return Err(Error::NoWeights);
+        }
+        // Against the largest, so that no sum overflows.
+        let largest = lights.iter().map(|l| l.1).fold(0.0, f64::max);
+        let bounds = |(vertices, power): &([Vec3; 3], f64)| {
+            let [a, b, c] = vertices.map(|v| v.as_dvec3());
+            (a.min(b).min(c), a.max(b).max(c), power / largest)
+        };
+        let bounds: Vec<_> = lights.iter().map(bounds).collect();
+        let mut order: Vec<u32> = (0..bounds.len() as u32).collect();
+        let mut nodes = Vec::with_capacity(2 * order.len() - 1);
+        grow(&bounds, &mut order, &mut nodes);
+        let mut places = vec![0; order.len()];
+        order.iter().zip(0..).for_each(|(&light, place)| places[light as usize] = place);
+        Ok(Self { nodes: nodes.into(), lights: order.into(), places: places.into() })
+    }
+
+    /// The light for a variate in `[0, 1)` as seen from `x`, and its probability.
+    #[inline]
+    pub fn choose(&self, x: Vec3, mut xi: f64) -> (usize, f64) {
+        let (mut at, mut mass) = (self.root(), 1.0);
+        while let Some([left, right]) = at.halves() {
+            let p = self.to_left(x, left, right);
+            (at, xi, mass) = match xi < p {
+                true => (left, xi / p, mass * p),
+                false => (right, (xi - p) / (1.0 - p), mass * (1.0 - p)),
+            };
+        }
+        (self.lights[at.from] as usize, mass)
+    }
+
+    /// The probability of a light as seen from `x`; 0 past the end.
+    #[inline]
+    pub fn mass(&self, x: Vec3, light: usize) -> f64 {
+        let Some(&place) = self.places.get(light) else { return 0.0 };
+        let (mut at, mut mass) = (self.root(), 1.0);
+        while let Some([left, right]) = at.halves() {
+            let p = self.to_left(x, left, right);
+            (at, mass) = match (place as usize) < left.to {
+                true => (left, mass * p),
+                false => (right, mass * (1.0 - p)),
+            };
+        }
+        mass
+    }
+
+    /// Number of lights.
+    pub fn len(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// Never true: an empty tree cannot be made.
+    pub fn is_empty(&self) -> bool {
+        self.lights.is_empty()
+    }
+
+    /// Bytes that the tree takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.nodes) + size_of_val(&*self.lights) + size_of_val(&*self.places)
+    }
+
+    fn root(&self) -> Branch {
+        Branch { node: 0, from: 0, to: self.lights.len() }
+    }
+
+    #[inline]
+    fn to_left(&self, x: Vec3, left: Branch, right: Branch) -> f64 {
+        let [(p, d), (q, e)] = [left, right].map(|branch| {
+            let Node { centre, least, power } = self.nodes[branch.node];
+            (power, centre.distance_squared(x.as_dvec3()).max(least))
+        });
+        // w_left / (w_left + w_right) without the quotients.
+        (p * e / (p * e + q * d)).clamp(LEAST, 1.0 - LEAST)
+    }
+}
+
+/// Appends the tree over `order` in preorder, and sorts `order` into its places.
+fn grow(bounds: &[(DVec3, DVec3, f64)], order: &mut [u32], nodes: &mut Vec<Node>) {
+    let of = |&i: &u32| bounds[i as usize];
+    let whole = order.iter().map(of).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1), a.2 + b.2));
+    let Some((low, high, power)) = whole else { return };
+    let centre = 0.5 * (low + high);
+    // A triangle that is a point to f64 would be at distance 0 of itself.
+    let least = (0.25 * (high - low).length_squared()).max(f64::MIN_POSITIVE);
+    nodes.push(Node { centre, least, power });
+    if order.len() > 1 {
+        let axis = (high - low).max_position();
+        let middle = |i: &u32| of(i).0[axis] + of(i).1[axis];
+        order.sort_by(|a, b| middle(a).total_cmp(&middle(b)));
+        let (left, right) = order.split_at_mut(order.len() / 2);
+        grow(bounds, left, nodes);
+        grow(bounds, right, nodes);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::Discrete;
+    use crate::sampler::from_fn;
+
+    fn lights(count: usize) -> Vec<([Vec3; 3], f64)> {
+        let at = |i: usize| {
+            let (s, c) = (i as f32 * 2.4).sin_cos();
+            let p = Vec3::new(s, c, 0.3 * (i as f32).sin()) * (1.0 + 0.2 * i as f32);
+            ([p, p + 0.1 * Vec3::X, p + 0.1 * Vec3::Y], 1.0 + (i % 5) as f64)
+        };
+        (0..count).map(at).collect()
+    }
+
+    #[test]
+    fn what_is_chosen_has_the_mass_that_is_asked() {
+        for count in [1, 2, 3, 7, 40] {
+            let tree = LightTree::new(lights(count)).unwrap();
+            for x in [Vec3::ZERO, Vec3::new(2.0, 1.0, 0.0), Vec3::new(1e6, 0.0, 3.0)] {
+                let total: f64 = (0..count).map(|i| tree.mass(x, i)).sum();
+                assert!((total - 1.0).abs() < 1e-14, "{count} lights: {total}");
+                for xi in (0..64).map(|k| k as f64 / 64.0) {
+                    let (light, mass) = tree.choose(x, xi);
+                    assert_eq!(mass, tree.mass(x, light));
+                }
+            }
+            assert_eq!(tree.mass(Vec3::ZERO, count), 0.0);
+        }
+        let (tree, x) = (LightTree::new(lights(40)).unwrap(), Vec3::new(1.0, 2.0, 0.5));
+        let sampler =
+            from_fn(Discrete::new(40), |[u]: [f64; 1]| tree.choose(x, u).0, |i: usize| tree.mass(x, i));
+        crate::verify(&sampler).name("light tree").samples(1 << 17).run().assert();
+    }
+
+    /// Two small lights: 2 / 1 against 1 / 9 at three times the distance.
+    #[test]
+    fn power_over_squared_distance() {
+        let at = |x: f32| [Vec3::new(x, 0.0, 0.0), Vec3::new(x, 1e-3, 0.0), Vec3::new(x, 0.0, 1e-3)];
+        let tree = LightTree::new([(at(1.0), 2.0), (at(-3.0), 1.0)]).unwrap();
+        assert!((tree.mass(Vec3::ZERO, 0) - 18.0 / 19.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn far_and_faint_lights_are_still_reached() {
+        let at = |x: f32| [Vec3::new(x, 0.0, 0.0), Vec3::new(x, 1.0, 0.0), Vec3::new(x, 0.0, 1.0)];
+        let tree = LightTree::new([(at(0.0), 1e30), (at(1e15), 1e-30)]).unwrap();
+        assert_eq!(tree.mass(Vec3::ZERO, 1), LEAST);
+        assert_eq!(tree.choose(Vec3::ZERO, 1.0 - f64::EPSILON), (1, LEAST));
+        let wrong = LightTree::new([(at(0.0), 1.0), (at(1.0), 0.0)]).unwrap_err();
+        assert!(matches!(wrong, Error::Weight { index: 1, .. }));
+        assert!(LightTree::new([]).is_err());
+    }
+}

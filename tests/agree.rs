@@ -1,0 +1,390 @@
+//! Strategies against one another: right ones don't differ whatever the seed, wrong ones do, and what can't be told is said to be so.
+//!
+//! Seeds are fixed, so a test passes always or never.
+#![cfg(feature = "cli")]
+
+use assert_cmd::cargo::cargo_bin;
+use glam::{DVec3, Vec3};
+use std::f32::consts::FRAC_1_PI;
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+use tempfile::{TempDir, tempdir};
+use warpcheck::estimator::{
+    Accord, Blocks, Criteria, Doubt, Estimate, Film, Integrator, Judgement, Lights, Settings, Strategy,
+    TileTest, agree, sample,
+};
+use warpcheck::random::{stream, unit_f64};
+use warpcheck::report::{Style, accord_table};
+use warpcheck::scene::{RayQueries, Scene};
+
+const LIGHT: Strategy = Strategy::Light;
+const MIS: Strategy = Strategy::Mis { brdf_weight: 0.5 };
+const ALL: [Strategy; 4] = [Strategy::Brdf, LIGHT, MIS, Strategy::Uniform];
+
+fn data(path: &str) -> PathBuf {
+    [env!("CARGO_MANIFEST_DIR"), "data", path].iter().collect()
+}
+
+/// A shipped scene with parts of its file replaced.
+fn shipped(name: &str, changes: &[(&str, &str)]) -> (Scene, Lights) {
+    let file = data(&format!("scene/{name}.toml"));
+    let text = fs::read_to_string(&file).unwrap();
+    let text = changes.iter().fold(text, |text, (from, to)| text.replace(from, to));
+    let scene = Scene::from_toml(&text, &file).unwrap();
+    let lights = Lights::load(&scene).unwrap();
+    (scene, lights)
+}
+
+fn cornell(size: &str) -> (Scene, Lights) {
+    shipped("cornell", &[("= 256", &format!("= {size}"))])
+}
+
+fn draw(scene: &Scene, lights: &Lights, strategy: Strategy, spp: u32, seed: u64, tile: usize) -> Estimate {
+    sample(scene, lights, strategy, Settings { spp, seed }, tile, |_| true).unwrap()
+}
+
+fn judge(estimates: &[Estimate]) -> Accord {
+    let accord = agree(estimates, Criteria::default()).unwrap();
+    println!("{}", accord_table(&accord, estimates, Style::Plain));
+    accord
+}
+
+/// 32 films of an estimator of the caller's: radiance of a place in the picture for variates.
+fn films(scene: &Scene, passes: u32, seed: u64, estimate: impl Fn(f32, f32, [f64; 4]) -> Vec3) -> Vec<Film> {
+    let (width, height) = (scene.picture.width as usize, scene.picture.height as usize);
+    let film = |batch| {
+        let mut film = Film::new(width, height);
+        let mut rng = stream(seed, "films", batch);
+        for (i, _) in (0..width * height).flat_map(|i| (0..passes).map(move |pass| (i, pass))) {
+            let (x, y) = (i % width, i / width);
+            let [dx, dy, xi @ ..] = [(); 6].map(|()| unit_f64(&mut rng));
+            let radiance = estimate((x as f64 + dx) as f32, (y as f64 + dy) as f32, xi);
+            film.add(x, y, radiance.as_dvec3());
+        }
+        film
+    };
+    (0..32).map(film).collect()
+}
+
+/// Whether the camera sees a lamp there.
+fn shows_lamp(scene: &Scene, x: f32, y: f32) -> bool {
+    scene.rays().closest(&scene.camera.ray(x, y)).is_some_and(|hit| scene.emitter_of(hit.triangle).is_some())
+}
+
+/// Six runs, each of which may fail with probability 1e-3 at most.
+#[test]
+fn right_strategies_never_differ() {
+    let (scene, lights) = cornell("64");
+    for seed in 1..=6 {
+        let estimates = ALL.map(|strategy| draw(&scene, &lights, strategy, 64, seed, 8));
+        let accord = judge(&estimates);
+        assert_ne!(accord.judgement(), Judgement::Differ, "seed {seed}");
+        // Those that aim at the lamp settle it.
+        let pair = accord.pairs.iter().find(|p| (p.first, p.second) == (1, 2)).unwrap();
+        assert!(pair.brightness_within < 0.05 && pair.tested() > 45);
+        assert!(pair.untested_light < 0.05, "{}", pair.untested_light);
+    }
+}
+
+/// The p-values of right strategies are uniform: shares below some levels, within 4 standard errors for as many tests as there are tiles
+/// (channels depend on each other).
+#[test]
+fn p_values_are_uniform() {
+    let (scene, lights) = cornell("128");
+    let estimates = [LIGHT, MIS].map(|strategy| draw(&scene, &lights, strategy, 64, 3, 8));
+    let p = &judge(&estimates).pairs[0].p_values;
+    assert!(p.len() > 500, "{}", p.len());
+    for level in [0.05, 0.2, 0.5, 0.8] {
+        let share = p.iter().filter(|p| **p < level).count() as f64 / p.len() as f64;
+        let error = (level * (1.0 - level) / (p.len() as f64 / 3.0)).sqrt();
+        println!("{share:.3} below {level}, ± {error:.3}");
+        assert!((share - level).abs() < 4.0 * error, "{share} below {level}");
+    }
+}
+
+/// The variates of a one-sample strategy, which uses four.
+fn seven([a, b, c, d]: [f64; 4]) -> [f64; 7] {
+    [a, b, c, d, 0.0, 0.0, 0.0]
+}
+
+/// A density that is 2% off, and the same estimator without the mistake.
+#[test]
+fn a_density_that_is_off_is_caught() {
+    let (scene, lights) = cornell("64");
+    let right = draw(&scene, &lights, LIGHT, 768, 1, 8);
+    let mis = Integrator::new(&scene, &lights, MIS);
+    for (factor, expected) in
+        [(1.0, Judgement::Agree), (1.02, Judgement::Differ), (1.0 / 1.02, Judgement::Differ)]
+    {
+        let films = films(&scene, 24, 2, |x, y, xi| {
+            let divide = if shows_lamp(&scene, x, y) { 1.0 } else { factor };
+            mis.radiance(x, y, seven(xi)) / divide
+        });
+        let accord = judge(&[right.clone(), Estimate::from_films("theirs", &films, 8)]);
+        assert_eq!(accord.judgement(), expected, "{factor}");
+        // What is said to be ruled out would be right: the factor lies within the bound if it is found to agree.
+        assert!(accord.pairs[0].brightness_within < 0.03);
+    }
+}
+
+/// A light sampler of one's own that picks one of the lamp's triangles: it has to divide by the probability of the pick.
+#[test]
+fn a_missing_selection_probability_is_caught() {
+    let (scene, lights) = cornell("64");
+    let count = scene.emitters.len();
+    assert_eq!(count, 2);
+    let estimate = |x: f32, y: f32, xi: [f64; 4], pick: f32| {
+        let ray = scene.camera.ray(x, y);
+        let Some(hit) = scene.rays().closest(&ray) else { return Vec3::ZERO };
+        let triangle = &scene.triangles[hit.triangle as usize];
+        let emitted = scene.emitted(hit.triangle, -ray.direction);
+        let normal = triangle.normal * -triangle.normal.dot(ray.direction).signum();
+        let emitter = &scene.emitters[((xi[0] * count as f64) as usize).min(count - 1)];
+        let (b, c) = (xi[1].sqrt(), xi[2]);
+        let [v0, v1, v2] = emitter.vertices;
+        let point = v0 * (1.0 - b) as f32 + v1 * (b * (1.0 - c)) as f32 + v2 * (b * c) as f32;
+        let at = scene.point(&hit);
+        let w = (point - at).normalize();
+        let cosines = normal.dot(w).max(0.0) * emitter.normal.dot(-w).max(0.0);
+        if cosines == 0.0 || !scene.sees(at, hit.triangle, point, emitter.triangle) {
+            return emitted;
+        }
+        let density = pick / emitter.area as f32;
+        let kd = scene.material(hit.triangle).kd;
+        emitted + kd * FRAC_1_PI * emitter.radiance * cosines / (density * at.distance_squared(point))
+    };
+    let theirs = |name: &str, pick: f32| {
+        Estimate::from_films(name, &films(&scene, 4, 5, |x, y, xi| estimate(x, y, xi, pick)), 8)
+    };
+    let right = draw(&scene, &lights, LIGHT, 128, 1, 8);
+    // A tile above the lamp that hardly any sample lights may stay open.
+    let control = judge(&[right.clone(), theirs("one of two", 0.5)]);
+    assert!(control.judgement() != Judgement::Differ && control.pairs[0].tested() > 45);
+    assert_eq!(judge(&[right, theirs("forgot the pick", 1.0)]).judgement(), Judgement::Differ);
+}
+
+/// A film whose sums have 6 bits stalls after some hundred samples, as `f32` does after 2^24.
+#[test]
+fn a_stalled_film_is_caught() {
+    let (scene, lights) = cornell("24");
+    let integrator = Integrator::new(&scene, &lights, MIS);
+    let rounded = |x: f64, bits: i32| {
+        if x == 0.0 {
+            return 0.0;
+        }
+        let step = 2.0_f64.powi(x.log2().floor() as i32 - bits + 1);
+        (x / step).round() * step
+    };
+    for (bits, expected) in [(30, Judgement::Agree), (6, Judgement::Differ)] {
+        let films: Vec<_> = (0..32)
+            .map(|batch| {
+                let mut film = Film::new(24, 24);
+                let mut rng = stream(4, "stalled", batch);
+                for i in 0..24 * 24 {
+                    let (x, y) = (i % 24, i / 24);
+                    let mut sum = DVec3::ZERO;
+                    for _ in 0..256 {
+                        let [dx, dy, xi @ ..] = [(); 6].map(|()| unit_f64(&mut rng));
+                        let radiance =
+                            integrator.radiance((x as f64 + dx) as f32, (y as f64 + dy) as f32, seven(xi));
+                        let next = (sum + radiance.as_dvec3()).map(|s| rounded(s, bits));
+                        film.add(x, y, next - sum);
+                        sum = next;
+                    }
+                }
+                film
+            })
+            .collect();
+        let estimates =
+            [draw(&scene, &lights, LIGHT, 1024, 1, 8), Estimate::from_films("short sums", &films, 8)];
+        assert_eq!(judge(&estimates).judgement(), expected, "{bits} bits");
+    }
+}
+
+/// Light sampling hardly ever finds the lobe of a sharp plate: neither agreement nor an alarm, and the plates are named.
+#[test]
+fn heavy_tails_are_inconclusive() {
+    let (scene, lights) = shipped("veach_a3", &[("= 256", "= 128"), ("= 128\ndisplay", "= 64\ndisplay")]);
+    assert_eq!((scene.picture.width, scene.picture.height), (128, 64));
+    for seed in 1..=3 {
+        let estimates = [LIGHT, MIS].map(|strategy| draw(&scene, &lights, strategy, 128, seed, 4));
+        let accord = judge(&estimates);
+        assert_eq!(accord.judgement(), Judgement::Inconclusive, "seed {seed}");
+        let pair = &accord.pairs[0];
+        let (mut sharp, mut lit) = (0, 0);
+        for (i, tile) in pair.tiles.iter().enumerate() {
+            let (x, y) = (i % 32 * 4, i / 32 * 4);
+            let ns = |dx: u32, dy: u32| {
+                let ray = scene.camera.ray(x as f32 + dx as f32, y as f32 + dy as f32);
+                scene.rays().closest(&ray).map_or(0.0, |hit| scene.material(hit.triangle).ns)
+            };
+            let corners = [ns(0, 0), ns(4, 0), ns(0, 4), ns(4, 4)];
+            if corners.iter().all(|n| *n >= 1e4) {
+                sharp += 1;
+                lit += usize::from(matches!(tile, TileTest::Doubtful(_)));
+                // Never tested alone; together with others only if enough of it was seen.
+                assert!(!matches!(tile, TileTest::Tested { together: 1, .. }), "({x}, {y}) {tile:?}");
+            }
+        }
+        assert!(sharp > 20 && lit > 10, "{lit} of {sharp} tiles");
+        let unseen = pair.count(|t| *t == TileTest::Doubtful(Doubt::Unseen));
+        assert!(unseen > 10, "{unseen}");
+        assert!(accord_table(&accord, &estimates, Style::Plain).contains("tiles unseen, within columns"));
+    }
+}
+
+/// The rare sample of enormous value that a strategy makes, and has not made yet.
+#[test]
+fn what_has_not_come_yet_is_no_difference() {
+    let films = |odds: f64, seed| {
+        let film = |batch| {
+            let mut film = Film::new(16, 16);
+            let mut rng = stream(seed, "rare", batch);
+            for i in 0..16 * 16 * 4 {
+                let rare = if unit_f64(&mut rng) < odds { 0.5 / odds } else { 0.0 };
+                film.add(i % 16, i / 16 % 16, DVec3::splat(unit_f64(&mut rng) + rare));
+            }
+            film
+        };
+        Estimate::from_films("rare", &(0..32).map(film).collect::<Vec<_>>(), 8)
+    };
+    // Three bright samples a tile: without the look at skewness every fifth run would be an alarm.
+    let mut inconclusive = 0;
+    for seed in 0..20 {
+        let accord = judge(&[films(0.5, 1), films(3.0 / (64.0 * 128.0), seed + 2)]);
+        assert_ne!(accord.judgement(), Judgement::Differ, "seed {seed}");
+        inconclusive += usize::from(accord.judgement() == Judgement::Inconclusive);
+    }
+    assert!(inconclusive >= 15, "{inconclusive} of 20");
+}
+
+/// An independent renderer's block means, which `mis` and `brdf` agree with.
+fn reference() -> Estimate {
+    let text = fs::read(data("reference/veach_a3_256x128.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&text).unwrap();
+    let triples = |key: &str| -> Vec<[f64; 3]> {
+        let rows = json[key].as_array().unwrap().iter().flat_map(|row| row.as_array().unwrap());
+        rows.map(|block| [0, 1, 2].map(|c| block[c].as_f64().unwrap())).collect()
+    };
+    // Means are written to 1e-8.
+    let rounding = 1e-8 / 12.0_f64.sqrt();
+    let (means, errors) = (triples("block_mean"), triples("block_stderr"));
+    let standard_errors = errors.into_iter().map(|e| e.map(|e| e.hypot(rounding))).collect();
+    let effective = vec![[f64::INFINITY; 3]; means.len()];
+    Estimate::known(
+        "reference",
+        &Blocks { size: 16, columns: 16, rows: 8, means, standard_errors, effective },
+        256,
+        128,
+    )
+}
+
+fn against_the_reference(spp: u32, tested: usize, within: f64) {
+    let (scene, lights) = shipped("veach_a3", &[]);
+    for (strategy, share) in [(MIS, 1.0), (Strategy::Brdf, 0.3)] {
+        let accord = judge(&[draw(&scene, &lights, strategy, spp, 1, 16), reference()]);
+        let pair = &accord.pairs[0];
+        assert_ne!(pair.judgement, Judgement::Differ, "{strategy}");
+        assert!(pair.tested() as f64 > share * tested as f64, "{strategy}: {} tested", pair.tested());
+        assert!(pair.brightness_within < within / share, "{strategy}: {}", pair.brightness_within);
+    }
+}
+
+#[test]
+fn the_reference_of_the_plates_agrees() {
+    against_the_reference(64, 80, 0.02);
+}
+
+/// `cargo test --release --test agree -- --ignored`: a few minutes.
+#[test]
+#[ignore = "long: 2048 samples a pixel"]
+fn the_reference_of_the_plates_agrees_closely() {
+    against_the_reference(2048, 100, 0.004);
+}
+
+#[test]
+fn shapes_and_numbers_that_are_none() {
+    let film = |value: f64| {
+        let mut film = Film::new(8, 8);
+        (0..128).for_each(|i| film.add(i % 8, i / 8 % 8, DVec3::splat(value)));
+        film
+    };
+    let flat = |value: f64, size| Estimate::from_films("flat", &vec![film(value); 16], size);
+    assert_eq!(judge(&[flat(1.0, 4), flat(1.0, 4)]).judgement(), Judgement::Agree);
+    assert_eq!(judge(&[flat(1.0, 4), flat(1.0 + 1e-7, 4)]).judgement(), Judgement::Agree);
+    assert_eq!(judge(&[flat(1.0, 4), flat(1.001, 4)]).judgement(), Judgement::Differ);
+    let dark = judge(&[flat(0.0, 4), flat(0.0, 4)]);
+    assert_eq!(dark.pairs[0].count(|t| *t == TileTest::Dark), 4);
+    // One that has seen light where the other has not is no alarm.
+    assert_eq!(judge(&[flat(1.0, 4), flat(0.0, 4)]).judgement(), Judgement::Inconclusive);
+    let mut bad = flat(1.0, 4);
+    bad.non_finite = 1;
+    assert_eq!(judge(&[flat(1.0, 4), bad]).judgement(), Judgement::Differ);
+    assert!(agree(&[flat(1.0, 4), flat(1.0, 8)], Criteria::default()).is_err());
+}
+
+// ---- The command ----
+
+fn warpcheck(folder: &TempDir, words: &str) -> (Option<i32>, String, String) {
+    let mut command = Command::new(cargo_bin!("warpcheck"));
+    command.current_dir(folder.path()).args(words.split_whitespace());
+    let Output { status, stdout, stderr } = command.output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (status.code(), text(stdout), text(stderr))
+}
+
+fn small_scene(folder: &TempDir) {
+    let mesh = data("scene/cornell_measured.obj");
+    let text = fs::read_to_string(data("scene/cornell.toml")).unwrap();
+    let text = text.replace("cornell_measured.obj", mesh.to_str().unwrap()).replace("256", "32");
+    fs::write(folder.path().join("stamp.toml"), text).unwrap();
+}
+
+#[test]
+fn exit_codes_tell_the_verdict() {
+    let folder = tempdir().unwrap();
+    small_scene(&folder);
+    let (code, said, told) =
+        warpcheck(&folder, "agree stamp.toml --strategy light,mis:0.5 --spp 256 --out out --json out/a.json");
+    assert_eq!((code, told.as_str()), (Some(0), ""), "{said}");
+    assert!(
+        said.contains("agree: 1 of 1 pairs agree") && said.contains("maps: out/stamp-agree.png"),
+        "{said}"
+    );
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.path().join("out/a.json")).unwrap()).unwrap();
+    assert_eq!((json["version"].as_u64(), json["verdict"].as_str()), (Some(1), Some("agree")));
+    assert!(json["pairs"][0]["brightness_within"].as_f64().unwrap() < 0.05);
+    image::open(folder.path().join("out/stamp-agree.png")).unwrap();
+
+    // A picture of the same scene agrees; a brighter one does not.
+    warpcheck(&folder, "render stamp.toml --strategy light --spp 16384 --seed 9 --out made");
+    let file = folder.path().join("made/stamp-light-16384spp.exr");
+    let picture = warpcheck::picture::read(&file).unwrap();
+    let agree = "agree stamp.toml --strategy light --spp 128 --out out --reference";
+    let (code, said, _) = warpcheck(&folder, &format!("{agree} {}", file.display()));
+    assert_eq!(code, Some(0), "{said}");
+    let brighter = warpcheck::picture::Picture::from_fn(32, 32, |x, y| picture.at(x, y).map(|v| v * 1.05));
+    warpcheck::picture::write_exr(folder.path().join("brighter.exr"), &brighter).unwrap();
+    let (code, said, _) = warpcheck(&folder, &format!("{agree} brighter.exr"));
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("differ: light / reference") && said.contains("worst tile"), "{said}");
+
+    let few = "agree stamp.toml --strategy light,uniform --spp 16 --out out";
+    let (code, said, _) = warpcheck(&folder, few);
+    assert_eq!(code, Some(3), "{said}");
+    assert!(said.contains("inconclusive: light / uniform") && said.contains("tiles"), "{said}");
+    assert_eq!(warpcheck(&folder, &format!("{few} --allow-inconclusive")).0, Some(0));
+    for (words, why) in [
+        ("agree stamp.toml --strategy light", "agrees with itself"),
+        ("agree stamp.toml --strategy cosine", "is no strategy"),
+        ("agree stamp.toml --reference nothing.exr", "nothing.exr"),
+        ("agree stamp.toml --reference stamp.json", "stamp.json"),
+        ("agree stamp.toml --tile 0", "--tile"),
+    ] {
+        let (code, said, told) = warpcheck(&folder, words);
+        assert_eq!((code, said.as_str(), told.lines().count()), (Some(2), "", 1), "{words}: {told}");
+        assert!(told.contains(why), "{words}: {told}");
+    }
+}

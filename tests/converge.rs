@@ -1,0 +1,192 @@
+//! Error against run time: the measures are those of what is known, and nothing but times depends on the machine.
+#![cfg(feature = "cli")]
+
+use assert_cmd::cargo::cargo_bin;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tempfile::tempdir;
+use warpcheck::estimator::{
+    Budget, Convergence, Cost, Experiment, Lights, Strategy, Truth, convergence, regions_by_material,
+};
+use warpcheck::picture::Picture;
+use warpcheck::report::{convergence_plot, convergence_to_json};
+use warpcheck::scene::Scene;
+
+const LIGHT: Strategy = Strategy::Light;
+const MIS: Strategy = Strategy::Mis { brdf_weight: 0.5 };
+
+fn data(path: &str) -> PathBuf {
+    [env!("CARGO_MANIFEST_DIR"), "data", path].iter().collect()
+}
+
+fn cornell(size: &str) -> (Scene, Lights) {
+    let file = data("scene/cornell.toml");
+    let text = fs::read_to_string(&file).unwrap().replace("256", size);
+    let scene = Scene::from_toml(&text, &file).unwrap();
+    let lights = Lights::load(&scene).unwrap();
+    (scene, lights)
+}
+
+fn plan(strategies: &[Strategy], passes: u32) -> Experiment {
+    let (strategies, budget) = (strategies.to_vec(), Budget::Passes(passes));
+    Experiment { strategies, budget, seeds: 5, ..Experiment::default() }
+}
+
+#[test]
+fn errors_fall_by_the_root() {
+    let (scene, lights) = cornell("32");
+    let strategies = [Strategy::Brdf, LIGHT, MIS, Strategy::Uniform];
+    let plan = Experiment { regions: regions_by_material(&scene), ..plan(&strategies, 64) };
+    let found = convergence(&scene, &lights, &plan);
+    assert_eq!(found.reference.run.unwrap().1, 16 * 64);
+    for curve in &found.curves {
+        let slope = curve.slope_samples.unwrap();
+        let last = curve.last().unwrap();
+        println!("{}: {slope:?}, claimed {}, bias^2 {:?}", curve.strategy, curve.claimed, curve.squared_bias);
+        assert!(slope.contains(-0.5) && slope.half_width < 0.2, "{}: {slope:?}", curve.strategy);
+        assert_eq!(curve.rungs.iter().map(|r| r.passes).collect::<Vec<_>>(), [1, 2, 4, 8, 16, 32, 64]);
+        // Films know their error, and there is no bias.
+        assert!((curve.claimed - 1.0).abs() < 0.25, "{}", curve.claimed);
+        assert!(curve.squared_bias.mean.abs() < 4.0 * curve.squared_bias.error);
+        assert!(curve.outliers.mean > 0.001 && curve.outliers.mean < 1.0);
+        assert!(last.worst_tile.mean > last.relative.mean && last.squared.error > 0.0);
+        // Parts leave out the pixels of edges.
+        assert!(
+            last.regions.len() > 3 && last.regions.iter().any(|m| m.mean > 0.0 && m.mean < last.squared.mean)
+        );
+        // Four times the samples for half the error.
+        let [once, again] = [1.0, 0.5].map(|f| curve.to_reach(f * last.squared.mean.sqrt()).unwrap().0);
+        assert!((again / once / 4.0 - 1.0).abs() < 0.6 && (once / 64.0 - 1.0).abs() < 0.3, "{once} {again}");
+        assert!(last.cpu.mean > 0.0 && curve.efficiency > 0.0);
+    }
+    // Error at equal samples: aiming at the lamp beats hoping for it.
+    let squared = |i: usize| found.curves[i].last().unwrap().squared.mean;
+    assert!(squared(1) < squared(0) && squared(0) < squared(3));
+    let svg = convergence_plot("box", &found).unwrap();
+    assert!(svg.starts_with("<svg") && !svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+    for word in ["light", "mis:0.5", "slope -1/2", "5 seeds"] {
+        assert!(svg.contains(word), "{word}");
+    }
+    let pictures = found.at_equal_time(&scene, &lights, 1e-9);
+    assert!(pictures.iter().all(|(passes, film)| *passes == 1 && film.pixel(3, 3).count() == 1));
+    assert_eq!(found.winners().len(), 16);
+}
+
+/// Against a picture that is 10% too bright, the squared bias is that of the tenth, and the error stops falling.
+#[test]
+fn bias_is_measured() {
+    let (scene, lights) = cornell("32");
+    let right = convergence(&scene, &lights, &plan(&[LIGHT], 64)).reference.picture;
+    let bright = Picture::from_fn(32, 32, |x, y| right.at(x, y).map(|r| 1.1 * r));
+    let expected =
+        right.pixels().iter().flatten().map(|&r| (0.1 * f64::from(r)).powi(2)).sum::<f64>() / 3072.0;
+    let wrong = Experiment { truth: Truth::Picture(bright), ..plan(&[LIGHT], 256) };
+    let curve = &convergence(&scene, &lights, &wrong).curves[0];
+    let (bias, last) = (curve.squared_bias, curve.last().unwrap().squared.mean);
+    println!("bias^2 {bias:?}, expected {expected}, error^2 {last}");
+    assert!((bias.mean - expected).abs() < 0.15 * expected && bias.mean > 2.0 * bias.error);
+    assert!(last > bias.mean && curve.claimed < 0.9);
+    assert!(!curve.slope_samples.unwrap().contains(-0.5));
+}
+
+/// Everything but the times: JSON without them.
+fn without_times(found: &Convergence) -> serde_json::Value {
+    let mut json = convergence_to_json(found, Cost::default());
+    for strategy in json["strategies"].as_array_mut().unwrap() {
+        for key in ["slope_over_time", "squared_error_over_time", "efficiency", "to_reach"] {
+            assert!(strategy.as_object_mut().unwrap().remove(key).is_some(), "{key}");
+        }
+        for rung in strategy["rungs"].as_array_mut().unwrap() {
+            for key in ["cpu_seconds", "wall_seconds"] {
+                assert!(rung.as_object_mut().unwrap().remove(key).is_some(), "{key}");
+            }
+        }
+    }
+    json
+}
+
+#[test]
+fn threads_change_no_bit() {
+    let (scene, lights) = cornell("16");
+    let plan = plan(&[LIGHT, Strategy::Brdf], 12);
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        without_times(&pool.install(|| convergence(&scene, &lights, &plan)))
+    };
+    let once = on(1);
+    assert_eq!(on(2), once);
+    assert_eq!(on(5), once);
+    assert_ne!(without_times(&convergence(&scene, &lights, &Experiment { seed: 2, ..plan.clone() })), once);
+    // A strategy has the same pictures in any company.
+    let alone =
+        Experiment { strategies: vec![Strategy::Brdf], truth: Truth::LongRun(Some(LIGHT)), ..plan.clone() };
+    let both = Experiment { truth: Truth::LongRun(Some(LIGHT)), ..plan };
+    let [alone, both] = [alone, both].map(|plan| without_times(&convergence(&scene, &lights, &plan)));
+    assert_eq!(alone["strategies"][0], both["strategies"][1]);
+}
+
+#[test]
+fn what_is_done_is_kept() {
+    let (scene, lights) = cornell("16");
+    let stop = Arc::new(AtomicBool::new(false));
+    let mine = Arc::clone(&stop);
+    // The reference has 1024 passes, a picture 64: in the second picture at the latest.
+    let progress = move |done: u64, total: u64| {
+        assert!(done <= total && total == 64 * 10 + 1024);
+        mine.store(done >= 1024 + 100, Ordering::Relaxed);
+    };
+    let plan = Experiment { progress: Some(Arc::new(progress)), stop: Some(stop), ..plan(&[LIGHT, MIS], 64) };
+    let found = convergence(&scene, &lights, &plan);
+    assert!(found.stopped);
+    let rungs: usize = found.curves.iter().map(|c| c.rungs.len()).sum();
+    assert!((7..=14).contains(&rungs), "{rungs}");
+    assert!(found.curves.iter().all(|c| c.rungs.iter().all(|r| r.seeds <= 2)));
+}
+
+#[test]
+fn the_command_leaves_plot_table_and_sheet() {
+    let folder = tempdir().unwrap();
+    let text = fs::read_to_string(data("scene/cornell.toml")).unwrap();
+    let mesh = data("scene/cornell_measured.obj");
+    let text = text.replace("cornell_measured.obj", mesh.to_str().unwrap()).replace("256", "24");
+    fs::write(folder.path().join("stamp.toml"), text).unwrap();
+    let run = |words: &str| {
+        let mut command = Command::new(cargo_bin!("warpcheck"));
+        let output = command.current_dir(folder.path()).args(words.split_whitespace()).output().unwrap();
+        let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
+    };
+    let (code, said, told) =
+        run("converge stamp.toml --strategy light,mis:0.25 --spp 16 --seeds 3 --out out --json out/c.json");
+    assert_eq!((code, told.as_str()), (Some(0), ""), "{said}");
+    for word in ["rms error", "slope: time", "whole picture", "reference: ", "set-up", "contact sheet: "] {
+        assert!(said.contains(word), "{word} in {said}");
+    }
+    let out = folder.path().join("out");
+    let csv = fs::read_to_string(out.join("stamp-converge.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + 2 * 5, "{csv}");
+    assert!(csv.lines().all(|line| line.split(',').count() == 11), "{csv}");
+    let json: serde_json::Value = serde_json::from_slice(&fs::read(out.join("c.json")).unwrap()).unwrap();
+    assert_eq!((json["version"].as_u64(), json["strategies"].as_array().unwrap().len()), (Some(1), 2));
+    assert!(fs::read_to_string(out.join("stamp-converge.svg")).unwrap().contains("slope -1/2"));
+    let sheet = image::open(out.join("stamp-converge-sheet.png")).unwrap();
+    assert!(sheet.width() > 512);
+    assert_eq!(
+        run("converge stamp.toml --strategy light --time 0.02 --seeds 2 --reference brdf --out out").0,
+        Some(0)
+    );
+    for (words, why) in [
+        ("converge stamp.toml --spp 4 --time 1", "--time"),
+        ("converge stamp.toml --seeds 1", "--seeds"),
+        ("converge stamp.toml --reference=-1", "makes no sense"),
+        ("converge stamp.toml --reference none.exr", "none.exr"),
+        ("converge none.toml", "none.toml"),
+    ] {
+        let (code, said, told) = run(words);
+        assert_eq!((code, said.as_str(), told.lines().count()), (Some(2), "", 1), "{words}: {told}");
+        assert!(told.contains(why), "{words}: {told}");
+    }
+}
