@@ -420,20 +420,29 @@ impl Collector<'_> {
         if rows == columns {
             return;
         }
-        // Texel (row, column) holds what belongs to the one whose index by columns it has, times the size of its own row.
-        let origins = move |l: &Location| {
-            let cell = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
-            let (row, column) = (cell(l.at[0], rows), cell(l.at[1], columns));
-            let index = column * rows + row;
-            let (r, c) = (index / columns, index % columns);
-            let inside = [l.at[0] * rows as f64 - row as f64, l.at[1] * columns as f64 - column as f64];
-            vec![Location {
-                at: [(r as f64 + inside[0]) / rows as f64, (c as f64 + inside[1]) / columns as f64],
-                ..*l
-            }]
+        // Texel (row, column) holds what belongs to the one whose index by columns it has, times the size of its own row; both at their centres,
+        // since densities per solid angle rise without bound inside of the rows at the poles.
+        let probe = self.case.probe;
+        let centre = |patch: usize, row: usize, column: usize| {
+            probe
+                .density_at(patch, [(row as f64 + 0.5) / rows as f64, (column as f64 + 0.5) / columns as f64])
         };
-        let text = "texels are numbered by columns where they are numbered by rows".to_owned();
-        self.renamed("table read by columns".to_owned(), text, Box::new(origins), Keeps::Measure);
+        let values = crate::parallel::map(self.nodes.nodes.len(), |i| {
+            let Location { patch, at } = self.nodes.nodes[i].location;
+            let cell = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
+            let (row, column) = (cell(at[0], rows), cell(at[1], columns));
+            let index = column * rows + row;
+            let (density, _) = centre(patch, index / columns, index % columns);
+            charted(density, centre(patch, row, column).1)
+        });
+        let leaves = self.nodes.masses_by_index(&|i| values[i]);
+        self.push_leaves(
+            "table read by columns".to_owned(),
+            "texels are numbered by columns where they are numbered by rows".to_owned(),
+            0,
+            &leaves,
+            true,
+        );
     }
 
     fn renamed(
@@ -489,41 +498,51 @@ impl Collector<'_> {
         self.all.push(Hypothesis { name: "hole".to_owned(), text, parameters, shape, integral: None });
     }
 
-    /// The mass of one entry goes to another one, wholly or in part.
+    /// The mass of a few entries goes to a few others, and nothing else is wrong.
     fn moved(&mut self) {
+        const MOST: usize = 12;
         if self.space().axes() > 0 {
             return;
         }
         let Some(claimed) = self.counts.normalised(self.counts.claimed.clone()) else { return };
         let counts = self.counts;
-        let z = |cell: usize| {
-            let expected = (counts.drawn * claimed[cell]).max(1e-3);
-            (counts.observed[cell] - expected) / expected.sqrt()
-        };
-        let all = 0..claimed.len();
-        let (Some(more), Some(less)) =
-            (all.clone().max_by(|&a, &b| z(a).total_cmp(&z(b))), all.max_by(|&a, &b| z(b).total_cmp(&z(a))))
-        else {
-            return;
-        };
-        // What one has too much, the other one has too little.
-        let share = 0.5
-            * ((counts.observed[more] / counts.drawn - claimed[more])
-                - (counts.observed[less] / counts.drawn - claimed[less]));
-        if more == less || share > claimed[less] * 1.001 || !(share > 0.0) {
+        let excess = |cell: &usize| counts.observed[*cell] / counts.drawn - claimed[*cell];
+        let noise = |cell: usize| (claimed[cell].max(1e-3 / counts.drawn) / counts.drawn).sqrt();
+        let mut off: Vec<usize> = (0..claimed.len()).filter(|c| excess(c).abs() > 5.0 * noise(*c)).collect();
+        off.sort_by(|a, b| (excess(b).abs() / noise(*b)).total_cmp(&(excess(a).abs() / noise(*a))));
+        off.truncate(MOST.min(claimed.len() / 4));
+        let (more, less): (Vec<usize>, Vec<usize>) = off.iter().partition(|c| excess(c) > 0.0);
+        let (Some(&most), Some(&least)) = (more.first(), less.first()) else { return };
+        let gained: f64 = more.iter().map(excess).sum();
+        let lost: f64 = -less.iter().map(excess).sum::<f64>();
+        // What some have too much, the others have too little.
+        if (gained - lost).abs() > 5.0 * off.iter().map(|&c| noise(c).powi(2)).sum::<f64>().sqrt() {
             return;
         }
-        let mut shape = claimed;
-        shape[more] += share;
-        shape[less] = (shape[less] - share).max(0.0);
+        let (shape, parameters) = if off.len() <= 2 {
+            let share = (0.5 * (gained + lost)).min(claimed[least]);
+            let mut shape = claimed.clone();
+            shape[most] += share;
+            shape[least] -= share;
+            (shape, 3)
+        } else {
+            let mut shape = claimed.clone();
+            off.iter().for_each(|&cell| shape[cell] = counts.observed[cell] / counts.drawn);
+            let Some(shape) = counts.normalised(shape) else { return };
+            (shape, 2 * off.len() as u32)
+        };
+        let (from, to) = (counts.places[least].clone(), counts.places[most].clone());
+        let entries = match (less.len(), more.len()) {
+            (1, 1) => format!("from {from} to {to}"),
+            (a, b) => format!("from {a} entries, first {from}, to {b}, first {to}"),
+        };
         let text = format!(
-            "a probability of {share:.3e} moved from {} to {}: an entry of a table that was not filled, a search that is one step off at its ends",
-            counts.places[less], counts.places[more]
+            "a probability of {gained:.3e} moved {entries}: an entry of a table that was not filled or gave away too much, a search that is one step off at its ends"
         );
         self.all.push(Hypothesis {
             name: "mass moved between entries".to_owned(),
             text,
-            parameters: 3,
+            parameters,
             shape,
             integral: None,
         });

@@ -27,8 +27,8 @@ const LEFT: f64 = 0.05;
 const ALIKE: f64 = 9.0;
 /// Relative error that a constant may have and still be named.
 const NEAR: f64 = 3e-5;
-/// Relative error of a mean under which it may be called a fraction.
-const FRACTION: f64 = 2e-3;
+/// A mean may be called a / b if b max(a, b) times its relative error is less: fractions so simple are so far apart.
+const FRACTION: f64 = 0.1;
 /// Other hypotheses that are listed.
 const OTHERS: usize = 3;
 
@@ -105,7 +105,8 @@ pub(super) fn of_mean(ratio: f64, tolerance: f64) -> Option<Diagnosis> {
     // Of counts: 4 lights of 5, if so much can be told.
     let near = |(a, b): &(u32, u32)| (ratio * f64::from(*b) / f64::from(*a) - 1.0).abs() < tolerance;
     let fractions = (2..=12).flat_map(|b| (1..=12).filter(move |&a| a != b).map(move |a| (a, b)));
-    let fraction = fractions.filter(|_| tolerance < FRACTION).find(near);
+    let told_apart = |&(a, b): &(u32, u32)| f64::from(b * a.max(b)) * tolerance < FRACTION;
+    let fraction = fractions.filter(told_apart).find(near);
     let known = hypotheses::constant(ratio, tolerance, 1);
     let (name, text) = match known.or_else(|| fraction.map(|(a, b)| format!("{a} / {b}"))) {
         Some(known) => {

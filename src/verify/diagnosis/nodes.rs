@@ -10,7 +10,7 @@ use std::ops::Range;
 /// Leaves for which each axis gets four points, and no more than two beyond.
 const FEW_LEAVES: usize = 1 << 12;
 /// Pieces that knots may cut a leaf into, along an axis.
-const PIECES: usize = 4;
+const PIECES: usize = 33;
 /// Patches that are looked at, at most; of more, every second one, or third, ….
 const PATCHES: usize = 1 << 18;
 
@@ -53,7 +53,7 @@ impl Nodes {
         let (probe, partition) = (case.probe, &case.expectation.partition);
         let leaves = partition.leaves();
         let axes = probe.space().axes();
-        let panels = if leaves.len() <= FEW_LEAVES { 2 } else { 1 };
+        let panels = if leaves.len() <= FEW_LEAVES { 4 } else { 1 };
         let stride = probe.space().patches().div_ceil(PATCHES);
         let per_leaf = crate::parallel::map(leaves.len(), |leaf| {
             let cell = &leaves[leaf];
