@@ -243,7 +243,8 @@ mod tests {
             let [there, back] = [(a, b), (b, a)].map(|(o, i)| ggx(alpha).seen_from(o).evaluate(i).0.x);
             assert!((there / back - 1.0).abs() < 1e-5, "{there} {back}");
         }
-        for (alpha, least, most) in [(0.01, 0.995, 1.001), (0.3, 0.9, 1.0), (1.0, 0.3, 0.7)] {
+        // The albedos of the rough ones by midpoints over the hemisphere in Python, 600 x 600, D G2 / 4 cos theta_o with its own D and G2.
+        for (alpha, least, most) in [(0.01, 0.995, 1.001), (0.3, 0.8555, 0.8575), (1.0, 0.3493, 0.3533)] {
             let brdf = ggx(alpha).seen_from(a);
             let (n, mut albedo) = (400, 0.0);
             let mut rng = stream(2, "ggx", 0);

@@ -271,8 +271,14 @@ pub(super) fn read_map(scene: &Scene) -> Result<Option<RadianceMap>, Error> {
     let (width, height) = (map.width(), map.height());
     let mut texels = map.into_pixels();
     texels.iter_mut().flatten().for_each(|x| *x *= place.scale);
-    let map = RadianceMap::new(width, height, texels);
-    map.map(Some).map_err(|source| Error::Map { file: place.file.clone(), source })
+    // Also for a strategy that draws nothing from it: a black sky is a mistake in the file.
+    let lit = |map: RadianceMap| match map.constant() {
+        Some(Vec3::ZERO) => Err(crate::sampler::Error::Black { width, height }),
+        _ => Ok(Some(map)),
+    };
+    RadianceMap::new(width, height, texels)
+        .and_then(lit)
+        .map_err(|source| Error::Map { file: place.file.clone(), source })
 }
 
 pub(super) fn with_tables(scene: &Scene, map: RadianceMap) -> Result<Map, Error> {
