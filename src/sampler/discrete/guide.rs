@@ -1,21 +1,28 @@
 //! Inversion by a guide table.
 //!
-//! [0, 2^53) is cut into m = 2^k >= N buckets of equal width, so that the bucket of a step is its upper k bits, without a rounding. For each
-//! bucket g_j is the number of boundaries at or before its start: the entry of a step lies at g_j or a few entries further (Chen and
-//! Asau 1974; Devroye, "Non-Uniform Random Variate Generation", 1986, section III.2.4: 1 + N / m comparisons are expected).
-//! How many further is counted over four boundaries, all of them, without a branch: a scan that stops at the right one
-//! is mispredicted nearly every time. Where all four are passed, the rest of the bucket is searched in halves, so that no weights make it slower
-//! than a binary search.
+//! [0, 2^53) is cut into m = 2^k buckets of equal width, so that the bucket of a step is its upper k bits, without a rounding (rounding u * m
+//! would put steps into the wrong one). For each bucket the guide says how many boundaries lie at or before its start: the entry of a step is that one
+//! or one of the few that follow (Chen and Asau 1974; Devroye, "Non-Uniform Random Variate Generation", 1986, section III.2.4). Here a cell of the guide
+//! holds the first boundary inside of its bucket too, to the last bit, and whether there are more:
+//!
+//!   [ last step before the boundary, 53 - k bits | more?, 1 bit | entry, 10 + k bits ]
+//!
+//! so that nine steps in ten are told their entry by one cell: one memory access, no branch. For the others boundaries are counted four at a time, all four of
+//! them: a scan that stops at the right one is mispredicted nearly every time. Where all four are passed, the rest of the bucket is
+//! searched in halves, so that no weights make it slower than a binary search.
 //!
 //! The boundaries are those of [`DiscreteCdf`], and so is every answer.
 
 use super::{BATCH, Choice, DiscreteCdf, position_of, step_of};
+use crate::parallel;
 use crate::sampler::Error;
 
-/// Boundaries looked at without a branch.
+/// Boundaries counted without a branch.
 const LANES: usize = 4;
+/// Cells made by one task.
+const PIECE: usize = 1 << 14;
 
-/// A table to select an index in about two memory accesses, keeping the order of the variates.
+/// A table to select an index in about one memory access, keeping the order of the variates.
 ///
 /// ```
 /// use warpcheck::sampler::{DiscreteCdf, DiscreteGuide};
@@ -30,10 +37,9 @@ const LANES: usize = 4;
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiscreteGuide {
     cdf: DiscreteCdf,
-    /// g_0 … g_m, but none past N - 4, so that four boundaries follow; empty under five entries.
-    guide: Box<[u32]>,
-    /// The bits of a step below its bucket.
-    shift: u32,
+    cells: Box<[u64]>,
+    /// k.
+    bits: u32,
 }
 
 impl DiscreteGuide {
@@ -47,23 +53,32 @@ impl DiscreteGuide {
 
     /// The same table, searched with a guide.
     pub fn from_cdf(cdf: DiscreteCdf) -> Self {
-        let entries = cdf.len();
-        if entries <= LANES {
-            return Self { cdf, guide: Box::default(), shift: 0 };
-        }
-        let buckets = entries.next_power_of_two();
-        let shift = 53 - buckets.trailing_zeros();
-        let (boundaries, last) = (cdf.boundaries(), entries - LANES);
-        let mut passed = 0;
-        let guide = (0..=buckets as u64)
-            .map(|bucket| {
-                while passed < last && boundaries[passed] <= bucket << shift {
+        // 1.5 to 3 buckets an entry.
+        let buckets = (cdf.len() + cdf.len() / 2).next_power_of_two().max(2);
+        let bits = buckets.trailing_zeros();
+        let boundaries = cdf.boundaries();
+        let (shift, unit) = (53 - bits, 1_u64 << (11 + bits));
+        let mut cells = vec![0; buckets].into_boxed_slice();
+        parallel::chunks_mut(&mut cells, PIECE, |piece, cells| {
+            let first = (piece * PIECE) as u64;
+            let mut passed = boundaries.partition_point(|&b| b <= first << shift);
+            for (bucket, cell) in (first..).zip(cells) {
+                let entry = passed;
+                let end = (bucket + 1) << shift;
+                // Boundaries inside; one at the bucket's end belongs to the next.
+                let inside = boundaries[entry..].iter().take_while(|&&b| b < end).count();
+                passed += inside;
+                while passed < boundaries.len() && boundaries[passed] <= end {
                     passed += 1;
                 }
-                passed as u32
-            })
-            .collect();
-        Self { cdf, guide, shift }
+                let last = match inside {
+                    0 => u64::MAX & !(unit - 1),
+                    _ => ((boundaries[entry] - 1) << 11) << bits,
+                };
+                *cell = last | if inside > 1 { unit >> 1 } else { 0 } | entry as u64;
+            }
+        });
+        Self { cdf, cells, bits }
     }
 
     /// Number of entries.
@@ -80,34 +95,50 @@ impl DiscreteGuide {
     #[inline]
     pub fn choose(&self, xi: f64) -> Choice {
         let position = position_of(xi);
-        self.cdf.choice(self.index(position as u64), position)
+        self.cdf.choice(self.batch(&[position as u64])[0] as usize, position)
     }
 
-    /// The entry that a step of `0..2^53` falls in.
+    /// The entries of a few steps: first all cells, then whatever they don't tell, so that the processor waits for all of memory at once.
     #[inline]
-    fn index(&self, step: u64) -> usize {
-        if self.guide.is_empty() {
-            return self.cdf.index(step);
+    fn batch<const N: usize>(&self, steps: &[u64; N]) -> [u32; N] {
+        let more = 1 << (10 + self.bits);
+        let cells = steps.map(|step| self.cells[(step >> (53 - self.bits)) as usize]);
+        let mut entries = [0; N];
+        let (mut pending, mut count) = ([0_u8; N], 0);
+        for i in 0..N {
+            // The lower bits of the cell don't matter: those of the step are 0.
+            let passed = (steps[i] << 11) << self.bits > cells[i];
+            entries[i] = (cells[i] & (more - 1)) as u32 + u32::from(passed);
+            pending[count] = i as u8;
+            count += usize::from(passed & (cells[i] & more != 0));
         }
-        let start = self.guide[(step >> self.shift) as usize] as usize;
-        let passed = self.passed(start, step);
-        if passed == LANES { self.crowded(start, step) } else { start + passed }
+        for &i in &pending[..count] {
+            let i = usize::from(i);
+            entries[i] = self.further(entries[i] as usize, steps[i]) as u32;
+        }
+        entries
     }
 
-    /// How many of the four boundaries from `start` on lie at or before the step.
+    /// The entry of a step, which is this one or a later one of the same bucket.
     #[inline]
-    fn passed(&self, start: usize, step: u64) -> usize {
-        let lanes: &[u64] = &self.cdf.boundaries()[start..start + LANES];
-        lanes.iter().map(|&b| usize::from(b <= step)).sum()
+    fn further(&self, start: usize, step: u64) -> usize {
+        let Some(last) = self.len().checked_sub(LANES) else { return self.cdf.index(step) };
+        let start = start.min(last);
+        let lanes = &self.cdf.boundaries()[start..start + LANES];
+        let passed: usize = lanes.iter().map(|&b| usize::from(b <= step)).sum();
+        if passed == LANES { self.crowded(start + LANES, step) } else { start + passed }
     }
 
     /// The entry where more than four lie in the bucket.
     #[cold]
     fn crowded(&self, start: usize, step: u64) -> usize {
-        let first = start + LANES;
-        // Past the bucket's end the guide may have stopped short of the last entries.
-        let end = self.guide[(step >> self.shift) as usize + 1] as usize + LANES;
-        first + self.cdf.boundaries()[first..end.min(self.len())].partition_point(|&b| b <= step)
+        let next = (step >> (53 - self.bits)) as usize + 1;
+        let end = match self.cells.get(next) {
+            // Boundaries at its start are passed by it, and not by the step.
+            Some(cell) => (cell & ((1 << (10 + self.bits)) - 1)) as usize,
+            None => self.len(),
+        };
+        start + self.cdf.boundaries()[start..end.max(start)].partition_point(|&b| b <= step)
     }
 
     /// The entries for 64 random bits each: [`choose`](Self::choose) at the variate of their upper 53.
@@ -116,41 +147,14 @@ impl DiscreteGuide {
     /// If the slices differ in length.
     pub fn indices(&self, bits: &[u64], out: &mut [u32]) {
         assert_eq!(bits.len(), out.len(), "as many bits as indices");
-        if self.guide.is_empty() {
-            return self.cdf.indices(bits, out);
-        }
         let (bits, bits_left) = bits.as_chunks::<BATCH>();
         let (out, out_left) = out.as_chunks_mut::<BATCH>();
         for (bits, out) in bits.iter().zip(out) {
             *out = self.batch(&bits.map(step_of));
         }
         for (&bits, out) in bits_left.iter().zip(out_left) {
-            *out = self.index(step_of(bits)) as u32;
+            *out = self.batch(&[step_of(bits)])[0];
         }
-    }
-
-    /// The entries of 16 steps: first all guides, then all boundaries, so that the processor waits for all of them at once.
-    #[inline]
-    fn batch<const N: usize>(&self, steps: &[u64; N]) -> [u32; N] {
-        let starts = steps.map(|step| self.guide[(step >> self.shift) as usize]);
-        let mut passed = [0; N];
-        for i in 0..N {
-            passed[i] = self.passed(starts[i] as usize, steps[i]) as u32;
-        }
-        let mut entries = [0; N];
-        let mut most = 0;
-        for i in 0..N {
-            entries[i] = starts[i] + passed[i];
-            most = most.max(passed[i]);
-        }
-        if most == LANES as u32 {
-            for i in 0..N {
-                if passed[i] == LANES as u32 {
-                    entries[i] = self.crowded(starts[i] as usize, steps[i]) as u32;
-                }
-            }
-        }
-        entries
     }
 
     /// [`choose`](Self::choose) for many variates.
@@ -173,11 +177,7 @@ impl DiscreteGuide {
     #[inline]
     pub(in crate::sampler) fn choose_batch<const N: usize>(&self, xi: &[f64; N]) -> [Choice; N] {
         let positions = xi.map(position_of);
-        let entries = if self.guide.is_empty() {
-            positions.map(|position| self.cdf.index(position as u64) as u32)
-        } else {
-            self.batch(&positions.map(|position| position as u64))
-        };
+        let entries = self.batch(&positions.map(|position| position as u64));
         let mut choices = [Choice::default(); N];
         for i in 0..N {
             choices[i] = self.cdf.choice(entries[i] as usize, positions[i]);
@@ -203,7 +203,7 @@ impl DiscreteGuide {
 
     /// Bytes that the table takes.
     pub fn bytes(&self) -> usize {
-        self.cdf.bytes() + size_of_val(&*self.guide)
+        self.cdf.bytes() + size_of_val(&*self.cells)
     }
 
     pub(in crate::sampler) fn some_boundaries(&self) -> Vec<f64> {

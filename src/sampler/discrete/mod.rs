@@ -3,7 +3,7 @@
 //! | form | bytes an entry | searches | order of xi | for |
 //! |---|---|---|---|---|
 //! | [`DiscreteCdf`] | 8 | log2 N dependent loads | kept | the baseline; a dozen entries |
-//! | [`DiscreteGuide`] | 12 to 16 | two loads | kept | stratified or low-discrepancy variates: the default |
+//! | [`DiscreteGuide`] | 20 to 32 | one load, two for one in ten | kept | stratified or low-discrepancy variates: the default |
 //! | [`DiscreteAlias`] | 16, of which 8 are searched | one load | lost | independent variates, where speed is all |
 //!
 //! Order kept means that a larger variate never gives a smaller index, so that strata of the variate stay strata of the table, and neighbouring
