@@ -6,9 +6,11 @@
 //! GROWTH=docs/growth.svg cargo bench --bench ratios -- growth      cost against N, as a picture
 //! ```
 //!
-//! Everybody takes raw bits of the same fast generator. Buffers are used again; an iteration draws 4096 samples.
+//! Everybody takes raw bits of the same fast generator. Buffers are used again; an iteration draws 4096 samples. Times are CPU times of the
+//! thread (on Unix), so that a busy machine lengthens them by what it does to caches only.
 
-use criterion::{BenchmarkGroup, Criterion, Throughput, measurement::WallTime};
+use criterion::measurement::{Measurement, ValueFormatter, WallTime};
+use criterion::{BenchmarkGroup, Throughput};
 use glam::{Vec2, Vec3};
 use plotters::prelude::*;
 use rand::distr::{Distribution, weighted::WeightedIndex};
@@ -19,11 +21,46 @@ use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
+use warpcheck::estimator::Clock;
 use warpcheck::random::unit_f64;
 use warpcheck::sampler::*;
 
 /// Samples an iteration.
 const SAMPLES: usize = 4096;
+
+type Criterion = criterion::Criterion<CpuTime>;
+
+/// CPU time of the thread.
+struct CpuTime;
+
+impl Measurement for CpuTime {
+    type Intermediate = Clock;
+    type Value = Duration;
+
+    fn start(&self) -> Clock {
+        Clock::start()
+    }
+
+    fn end(&self, clock: Clock) -> Duration {
+        clock.read().cpu
+    }
+
+    fn add(&self, a: &Duration, b: &Duration) -> Duration {
+        *a + *b
+    }
+
+    fn zero(&self) -> Duration {
+        Duration::ZERO
+    }
+
+    fn to_f64(&self, value: &Duration) -> f64 {
+        value.as_nanos() as f64
+    }
+
+    fn formatter(&self) -> &dyn ValueFormatter {
+        WallTime.formatter()
+    }
+}
 
 /// A folder of criterion's own.
 fn folder() -> PathBuf {
@@ -31,7 +68,7 @@ fn folder() -> PathBuf {
 }
 
 struct Bench<'a> {
-    group: BenchmarkGroup<'a, WallTime>,
+    group: BenchmarkGroup<'a, CpuTime>,
     rng: Xoshiro256PlusPlus,
 }
 
@@ -202,7 +239,7 @@ impl Plain {
 
 fn environment(c: &mut Criterion) {
     for (width, height) in [(2048, 1024), (8192, 4096)] {
-        if c_filters_out("environment") {
+        if is_left_out("environment") {
             return;
         }
         let map = Arc::new(sky(width, height));
@@ -301,7 +338,7 @@ const GROWTH: [&str; 5] =
     ["partition_point", "rand_distr WeightedAliasIndex", "DiscreteGuide", "DiscreteAlias", "floor"];
 
 fn growth(c: &mut Criterion) {
-    if c_filters_out("growth") || std::env::var_os("GROWTH").is_none() {
+    if is_left_out("growth") || std::env::var_os("GROWTH").is_none() {
         return;
     }
     for k in (4..=24).step_by(2) {
@@ -336,7 +373,7 @@ fn growth(c: &mut Criterion) {
 }
 
 /// Whether the command line names other groups only: then nothing has to be built for this one.
-fn c_filters_out(group: &str) -> bool {
+fn is_left_out(group: &str) -> bool {
     let named: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     !named.is_empty() && !named.iter().any(|name| name.starts_with(group) || group.starts_with(name.as_str()))
 }
@@ -455,7 +492,10 @@ fn plot(file: &Path, since: SystemTime) -> Result<(), Box<dyn std::error::Error>
 
 fn main() {
     let since = SystemTime::now();
-    let mut criterion = Criterion::default().output_directory(&folder()).configure_from_args();
+    let mut criterion = criterion::Criterion::default()
+        .with_measurement(CpuTime)
+        .output_directory(&folder())
+        .configure_from_args();
     let groups: [(&str, fn(&mut Criterion)); 5] = [
         ("discrete", discrete),
         ("environment", environment),
@@ -464,7 +504,7 @@ fn main() {
         ("growth", growth),
     ];
     for (name, group) in groups {
-        if !c_filters_out(name) {
+        if !is_left_out(name) {
             group(&mut criterion);
         }
     }

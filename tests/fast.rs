@@ -222,7 +222,7 @@ fn packed_maps_sample_what_they_claim() {
                         "{name}: {column} {row}"
                     );
                     let off = (mass - baseline.texel_mass(column, row)).abs();
-                    assert!(off < 2e-9, "{name}: {column} {row}: off by {off:e}");
+                    assert!(off < 1e-9, "{name}: {column} {row}: off by {off:e}");
                 }
                 assert!((total - 1.0).abs() < 1e-12, "{name}: {total}");
                 let mut rng = stream(8, "xi", 0);
@@ -303,7 +303,7 @@ fn the_texel_of_a_direction_needs_no_inverse_functions() {
 fn packed_tables_are_small() {
     for (width, height) in [(512, 256), (500, 250), (1025, 512)] {
         let texels = width * height;
-        for (form, most) in [(Form::Guide, 6), (Form::Alias, 8)] {
+        for (form, most) in [(Form::Guide, 5), (Form::Alias, 8)] {
             let packed = PackedEnvironment::new(sky(width, height), RowWarp::UniformV, form).unwrap();
             let bytes = packed.table_bytes();
             assert!(bytes <= most * texels + 64 * (width + height), "{form:?}: {bytes} for {texels}");
@@ -352,7 +352,7 @@ fn the_warp_without_its_branch_is_the_one_with_it() {
 
 #[test]
 fn the_battery_passes() {
-    let settings = Settings { samples: 200_000, seed: 20_27, ..Settings::default() };
+    let settings = Settings { samples: 100_000, seed: 20_27, ..Settings::default() };
     let mut examinations = Vec::new();
     for (name, weights) in
         [("mesh", uneven(3000)), ("ragged", ragged(100_000, 5)), ("few", vec![1.0, 0.0, 1e-7, 2.0, 3.0, 0.5])]

@@ -19,6 +19,8 @@ use crate::sampler::Error;
 
 /// Boundaries counted without a branch.
 const LANES: usize = 4;
+/// Steps searched together where only the index is wanted.
+const WIDE: usize = 64;
 /// Cells made by one task.
 const PIECE: usize = 1 << 14;
 
@@ -53,8 +55,9 @@ impl DiscreteGuide {
 
     /// The same table, searched with a guide.
     pub fn from_cdf(cdf: DiscreteCdf) -> Self {
-        // 1.5 to 3 buckets an entry.
-        let buckets = (cdf.len() + cdf.len() / 2).next_power_of_two().max(2);
+        // 1.5 to 3 buckets an entry; twice as many where they are cached all the same.
+        let few = usize::from(cdf.len() <= 4096);
+        let buckets = ((cdf.len() + cdf.len() / 2).next_power_of_two() << few).max(2);
         let bits = buckets.trailing_zeros();
         let boundaries = cdf.boundaries();
         let (shift, unit) = (53 - bits, 1_u64 << (11 + bits));
@@ -104,16 +107,16 @@ impl DiscreteGuide {
         let more = 1 << (10 + self.bits);
         let cells = steps.map(|step| self.cells[(step >> (53 - self.bits)) as usize]);
         let mut entries = [0; N];
-        let (mut pending, mut count) = ([0_u8; N], 0);
+        let mut pending = 0_u64;
         for i in 0..N {
             // The lower bits of the cell don't matter: those of the step are 0.
             let passed = (steps[i] << 11) << self.bits > cells[i];
             entries[i] = (cells[i] & (more - 1)) as u32 + u32::from(passed);
-            pending[count] = i as u8;
-            count += usize::from(passed & (cells[i] & more != 0));
+            pending |= u64::from(passed & (cells[i] & more != 0)) << i;
         }
-        for &i in &pending[..count] {
-            let i = usize::from(i);
+        while pending != 0 {
+            let i = pending.trailing_zeros() as usize % N;
+            pending &= pending - 1;
             entries[i] = self.further(entries[i] as usize, steps[i]) as u32;
         }
         entries
@@ -147,8 +150,8 @@ impl DiscreteGuide {
     /// If the slices differ in length.
     pub fn indices(&self, bits: &[u64], out: &mut [u32]) {
         assert_eq!(bits.len(), out.len(), "as many bits as indices");
-        let (bits, bits_left) = bits.as_chunks::<BATCH>();
-        let (out, out_left) = out.as_chunks_mut::<BATCH>();
+        let (bits, bits_left) = bits.as_chunks::<WIDE>();
+        let (out, out_left) = out.as_chunks_mut::<WIDE>();
         for (bits, out) in bits.iter().zip(out) {
             *out = self.batch(&bits.map(step_of));
         }

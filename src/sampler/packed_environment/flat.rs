@@ -98,19 +98,16 @@ impl Flat {
         Ok(Self { shares, cells, width })
     }
 
-    /// The texels for variates: the first selects and places across, the second places down.
+    /// The texels for variates: the first selects and places across, the second places down. Without their masses.
     #[inline]
-    pub(super) fn find<const N: usize>(&self, weights: &Weights<'_>, xi: &[[f64; 2]; N]) -> [Found; N] {
+    pub(super) fn find<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [Found; N] {
         let chosen = self.cells.choose_batch(&xi.map(|[x, _]| x));
         let mut found = [Found::default(); N];
         for i in 0..N {
             let (texel, across) = chosen[i];
             let (row, column) = self.width.divide(texel as u32);
             let down = if xi[i][1] > 0.0 { xi[i][1] } else { 0.0 };
-            found[i] = Found { column, row, across, down, mass: 0.0 };
-        }
-        for found in &mut found {
-            found.mass = self.mass(weights, found.column, found.row);
+            found[i] = Found { column, row, across, down, mass: f64::NAN };
         }
         found
     }

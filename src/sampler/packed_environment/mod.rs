@@ -4,7 +4,7 @@
 //!
 //! | [`Form`] | bytes a texel | memory accesses | order of the variates |
 //! |---|---|---|---|
-//! | `Guide` (`Ordered`) | at most 6 | two for the row, in cache; two for the column | both kept |
+//! | `Guide` (`Ordered`) | 4.5 | some in cache, one | both kept |
 //! | `Alias` (`Unordered`) | 8 | one | the second kept, the first lost |
 //!
 //! and a few dozen bytes a row and a column. The tables are made in parallel, the same bits on any number of threads. (u, v) becomes a direction by
@@ -67,7 +67,7 @@ struct Found {
     /// Place in the texel, along u and along v, in `[0, 1)`.
     across: f64,
     down: f64,
-    /// The probability of the texel.
+    /// The probability of the texel; NaN from an alias table, where it follows from the texel, which not everybody reads.
     mass: f64,
 }
 
@@ -190,7 +190,7 @@ impl PackedEnvironment {
     fn find<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [Found; N] {
         match &self.tables {
             Tables::Guide(rows) => rows.find(xi),
-            Tables::Alias(flat) => flat.find(&self.weights(), xi),
+            Tables::Alias(flat) => flat.find(xi),
         }
     }
 
@@ -212,7 +212,11 @@ impl PackedEnvironment {
 
     #[inline]
     fn samples<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [EnvironmentSample; N] {
-        let found = self.find(xi);
+        let mut found = self.find(xi);
+        if let Tables::Alias(flat) = &self.tables {
+            let weights = self.weights();
+            found.iter_mut().for_each(|found| found.mass = flat.mass(&weights, found.column, found.row));
+        }
         let uv = found.each_ref().map(|found| self.uv(found));
         let mut directions = [[0.0; 4]; N];
         for i in 0..N {

@@ -1,8 +1,10 @@
 //! Marginal and conditional, each searched with a guide: the order of both variates is kept.
 //!
 //! The marginal over the rows is a [`DiscreteGuide`]. A row's conditional has 2^31 steps and one boundary of 4 bytes a texel, rounded from the running sum
-//! and moved by as many steps as it takes to leave every texel that has light at least one; and a guide with as many buckets as the
-//! largest power of two up to the width, 2 bytes each. A mass is the difference of two boundaries, exactly.
+//! and moved by as many steps as it takes to leave every texel that has light at least one; what is stored is the last step before it, which fits
+//! into an `i32`, -1 included. A mass is the difference of two of them, exactly. The guide of a row has a bucket for four texels, 2 bytes each, few
+//! enough to stay in cache. From where it points, 16 boundaries are searched without a branch: one tells the half (which fetches the line, for all
+//! samples of a batch), then eight are counted. Where all are passed, the rest of the bucket is searched in halves.
 
 use super::{Found, Weights};
 use crate::parallel;
@@ -10,20 +12,22 @@ use crate::random::ONE_MINUS_EPSILON_F64;
 use crate::sampler::{DiscreteGuide, Error};
 
 /// 2^31: how many steps a row has.
-const STEPS: u32 = 1 << 31;
-/// Boundaries looked at without a branch.
-const LANES: usize = 4;
+const STEPS: f64 = 2_147_483_648.0;
+/// Boundaries counted without a branch, after as many again were halved.
+const LANES: usize = 8;
+/// Texels a bucket.
+const CROWD: usize = 4;
 
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
     width: usize,
     marginal: DiscreteGuide,
-    /// Where each texel ends, row after row, and some more, so that four can be read anywhere. A row that has no light is all 0, and never searched.
-    ends: Box<[u32]>,
-    /// The first texel, in its row, that ends after the start of a bucket.
+    /// The last step of each texel or of what is before it, row after row. A row that has no light is all -1, and never searched.
+    lasts: Box<[i32]>,
+    /// How many texels of the row end at or before the start of a bucket, but none past the width - 16.
     guides: Box<[u16]>,
-    /// The bits of a step below its bucket.
-    shift: u32,
+    /// Binary logarithm of the buckets a row.
+    bits: u32,
 }
 
 impl Rows {
@@ -40,24 +44,24 @@ impl Rows {
         let sums = parallel::map(height, |row| weights.row(row).fold(Sum::default(), Sum::add));
         let marginal: Vec<f64> = sums.iter().map(|sum| sum.value()).collect();
         let marginal = DiscreteGuide::new(&marginal).map_err(|_| weights.black())?;
-        let mut ends = vec![0; width * height + LANES - 1].into_boxed_slice();
-        parallel::chunks_mut(&mut ends[..width * height], width, |row, ends| {
-            fill_ends(ends, weights, row, &sums[row]);
-        });
-        let buckets = 1 << width.ilog2();
-        let shift = 31 - width.ilog2();
+        let mut lasts = vec![-1; width * height].into_boxed_slice();
+        parallel::chunks_mut(&mut lasts, width, |row, lasts| fill(lasts, weights, row, &sums[row]));
+        let buckets = (1 << width.ilog2() >> CROWD.ilog2()).max(1_usize);
+        let bits = buckets.trailing_zeros();
+        let furthest = width.saturating_sub(2 * LANES);
         let mut guides = vec![0; buckets * height].into_boxed_slice();
         parallel::chunks_mut(&mut guides, buckets, |row, guide| {
-            let ends = &ends[row * width..(row + 1) * width];
+            let lasts = &lasts[row * width..(row + 1) * width];
             let mut passed = 0;
             for (bucket, first) in guide.iter_mut().enumerate() {
-                while passed + 1 < width && u64::from(ends[passed]) <= (bucket as u64) << shift {
+                let start = (bucket as u64) << (31 - bits);
+                while passed < furthest && i64::from(lasts[passed]) < start as i64 {
                     passed += 1;
                 }
                 *first = passed as u16;
             }
         });
-        Ok(Self { width, marginal, ends, guides, shift })
+        Ok(Self { width, marginal, lasts, guides, bits })
     }
 
     /// The texels for variates of row and column.
@@ -65,63 +69,75 @@ impl Rows {
     pub(super) fn find<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [Found; N] {
         let rows = self.marginal.choose_batch(&xi.map(|[row, _]| row));
         let positions = xi.map(|[_, column]| position_of(column));
-        let mut starts = [0; N];
-        for i in 0..N {
-            let bucket = (positions[i] as u32 >> self.shift) as usize;
-            starts[i] = usize::from(self.guides[(rows[i].index << (31 - self.shift)) + bucket]);
-        }
-        let mut passed = [0; N];
-        for i in 0..N {
-            let first = rows[i].index * self.width + starts[i];
-            let lanes: &[u32; LANES] = self.ends[first..first + LANES].try_into().expect("four of them");
-            let step = positions[i] as u32;
-            // Behind the row's end lies the next row: only those before the first that isn't passed count.
-            let mut count = 0;
-            let mut all = 1;
-            for &end in lanes {
-                all &= usize::from(end <= step);
-                count += all;
+        let mut columns = [0; N];
+        if self.width < 2 * LANES {
+            for i in 0..N {
+                let step = positions[i] as i32;
+                columns[i] = self.row(rows[i].index).partition_point(|&last| last < step);
             }
-            passed[i] = count;
+        } else {
+            let mut starts = [0; N];
+            for i in 0..N {
+                let bucket = positions[i] as usize >> (31 - self.bits);
+                starts[i] = usize::from(self.guides[(rows[i].index << self.bits) + bucket]);
+            }
+            for i in 0..N {
+                let middle = self.lasts[rows[i].index * self.width + starts[i] + LANES - 1];
+                starts[i] += if middle < positions[i] as i32 { LANES } else { 0 };
+            }
+            for i in 0..N {
+                let first = rows[i].index * self.width + starts[i];
+                let step = positions[i] as i32;
+                let passed: i32 =
+                    self.lasts[first..first + LANES].iter().map(|&last| i32::from(last < step)).sum();
+                columns[i] = starts[i] + passed as usize;
+            }
+            for i in 0..N {
+                if columns[i] == starts[i] + LANES {
+                    columns[i] = self.crowded(rows[i].index, columns[i], positions[i] as u32);
+                }
+            }
         }
         let mut found = [Found::default(); N];
         for i in 0..N {
-            let mut column = starts[i] + passed[i];
-            if passed[i] == LANES {
-                column = self.crowded(rows[i].index, column, positions[i] as u32);
-            }
-            let (start, width) = self.interval(rows[i].index, column);
+            let (start, width) = self.interval(rows[i].index, columns[i]);
             found[i] = Found {
-                column,
+                column: columns[i],
                 row: rows[i].index,
                 across: ((positions[i] - start) / width).min(ONE_MINUS_EPSILON_F64),
                 down: rows[i].rest,
-                mass: rows[i].mass * (width * (1.0 / f64::from(STEPS))),
+                mass: rows[i].mass * (width * (1.0 / STEPS)),
             };
         }
         found
     }
 
-    /// The texel where four in a row don't reach.
+    fn row(&self, row: usize) -> &[i32] {
+        &self.lasts[row * self.width..(row + 1) * self.width]
+    }
+
+    /// The texel, where sixteen don't reach, or the first eight end just before it.
     #[cold]
     fn crowded(&self, row: usize, from: usize, step: u32) -> usize {
-        let bucket = (row << (31 - self.shift)) + (step >> self.shift) as usize;
-        let is_last = (step >> self.shift) as usize + 1 == 1 << (31 - self.shift);
-        let end = if is_last { self.width } else { usize::from(self.guides[bucket + 1]) + 1 };
-        let ends = &self.ends[row * self.width..(row + 1) * self.width];
-        from + ends[from..end].partition_point(|&end| end <= step)
+        let next = (step >> (31 - self.bits)) as usize + 1;
+        // The guide stops short of the last texels.
+        let end = match next >> self.bits {
+            0 => usize::from(self.guides[(row << self.bits) + next]) + 2 * LANES,
+            _ => self.width,
+        };
+        from + self.row(row)[from..end.clamp(from, self.width)].partition_point(|&last| last < step as i32)
     }
 
     /// Where a texel starts, and how wide it is, in steps.
     #[inline]
     fn interval(&self, row: usize, column: usize) -> (f64, f64) {
         let at = row * self.width + column;
-        let start = if column == 0 { 0 } else { self.ends[at - 1] };
-        (f64::from(start), f64::from(self.ends[at] - start))
+        let before = if column == 0 { -1 } else { self.lasts[at - 1] };
+        (f64::from(before) + 1.0, f64::from(self.lasts[at]) - f64::from(before))
     }
 
     pub(super) fn mass(&self, column: usize, row: usize) -> f64 {
-        self.marginal.mass(row) * (self.interval(row, column).1 * (1.0 / f64::from(STEPS)))
+        self.marginal.mass(row) * (self.interval(row, column).1 * (1.0 / STEPS))
     }
 
     /// Some of the variates at which row or column change; columns of the likeliest row.
@@ -129,17 +145,16 @@ impl Rows {
         if dimension == 0 {
             return self.marginal.some_boundaries();
         }
-        let rows = 0..self.ends.len() / self.width;
+        let rows = 0..self.lasts.len() / self.width;
         let likeliest =
             rows.max_by(|&a, &b| self.marginal.mass(a).total_cmp(&self.marginal.mass(b))).unwrap_or(0);
-        let ends = &self.ends[likeliest * self.width..(likeliest + 1) * self.width];
-        let knots =
-            ends.iter().step_by(self.width.div_ceil(512)).map(|&end| f64::from(end) / f64::from(STEPS));
+        let some = self.row(likeliest).iter().step_by(self.width.div_ceil(512));
+        let knots = some.map(|&last| (f64::from(last) + 1.0) / STEPS);
         knots.filter(|&xi| xi > 0.0 && xi < 1.0).collect()
     }
 
     pub(super) fn bytes(&self) -> usize {
-        self.marginal.bytes() + size_of_val(&*self.ends) + size_of_val(&*self.guides)
+        self.marginal.bytes() + size_of_val(&*self.lasts) + size_of_val(&*self.guides)
     }
 }
 
@@ -147,22 +162,21 @@ impl Rows {
 #[inline]
 fn position_of(xi: f64) -> f64 {
     let xi = if xi > 0.0 { xi.min(ONE_MINUS_EPSILON_F64) } else { 0.0 };
-    xi * f64::from(STEPS)
+    xi * STEPS
 }
 
 /// A row's boundaries.
-fn fill_ends(ends: &mut [u32], weights: &Weights<'_>, row: usize, total: &Sum) {
-    let (mut sum, mut end, mut left) = (Sum::default(), 0, total.positive);
-    for (slot, weight) in ends.iter_mut().zip(weights.row(row)) {
+fn fill(lasts: &mut [i32], weights: &Weights<'_>, row: usize, total: &Sum) {
+    let (mut sum, mut end, mut left) = (Sum::default(), 0, i64::from(total.positive));
+    for (last, weight) in lasts.iter_mut().zip(weights.row(row)) {
         if weight > 0.0 {
             sum = sum.add(weight);
             left -= 1;
             let share = (sum.value() / total.value()).min(1.0);
-            let wanted = (share * f64::from(STEPS)).round() as u32;
             // One step at least for it, and for each that follows.
-            end = wanted.max(end + 1).min(STEPS - left);
+            end = ((share * STEPS).round() as i64).max(end + 1).min((1 << 31) - left);
         }
-        *slot = end;
+        *last = (end - 1) as i32;
     }
 }
 
