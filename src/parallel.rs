@@ -13,6 +13,19 @@ pub(crate) fn map<T: Send>(count: usize, f: impl Fn(usize) -> T + Send + Sync) -
     (0..count).map(f).collect()
 }
 
+/// `f(0, first chunk), f(1, second chunk), …`, each chunk of `size` items but the last.
+#[cfg(feature = "parallel")]
+pub(crate) fn chunks_mut<T: Send>(items: &mut [T], size: usize, f: impl Fn(usize, &mut [T]) + Send + Sync) {
+    use rayon::prelude::*;
+    items.par_chunks_mut(size).enumerate().for_each(|(i, chunk)| f(i, chunk));
+}
+
+/// `f(0, first chunk), f(1, second chunk), …`, each chunk of `size` items but the last.
+#[cfg(not(feature = "parallel"))]
+pub(crate) fn chunks_mut<T: Send>(items: &mut [T], size: usize, f: impl Fn(usize, &mut [T]) + Send + Sync) {
+    items.chunks_mut(size).enumerate().for_each(|(i, chunk)| f(i, chunk));
+}
+
 /// Adds `0..count` to sums that each start `empty`, and merges those. Only for sums that come out the same in any order: integers.
 #[cfg(feature = "parallel")]
 pub(crate) fn fold<T: Send>(

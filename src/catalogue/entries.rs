@@ -44,6 +44,7 @@ pub fn entries(data: &Path) -> Vec<Entry> {
     all.triangles();
     all.lights();
     all.environments();
+    all.packed_environments();
     all.directions();
     all.mixtures();
     all.broken();
@@ -90,6 +91,20 @@ impl List {
             let weights: Vec<f64> = map.pixels().iter().map(|&t| luminance(t)).collect();
             DiscreteCdf::new(&weights).map_err(|error| Error::Sampler { file, error })
         });
+        for (name, how, form) in
+            [("guide", "a guide table", Form::Guide), ("alias", "an alias table", Form::Alias)]
+        {
+            self.add(
+                format!("discrete/texels-spruit-{name}"),
+                format!("the same texels in {how}"),
+                move |data| {
+                    let file = data.join("env/spruit_sunrise_512.hdr");
+                    let map = crate::picture::read(&file)?;
+                    let weights: Vec<f64> = map.pixels().iter().map(|&t| luminance(t)).collect();
+                    DiscreteTable::new(&weights, form).map_err(|error| Error::Sampler { file, error })
+                },
+            );
+        }
         self.add("discrete/ragged", "seven weights from 1e-30 to 1e30, zeros between", |_| {
             Ok(DiscreteCdf::new(&[0.0, 1e30, 0.0, 3e30, 1e-30, 5e29, 0.0])?)
         });
@@ -146,6 +161,29 @@ impl List {
                     move |data| read_environment(&data.join(format!("env/{map}.hdr")), rows),
                 );
             }
+        }
+    }
+
+    /// The compact forms, each with one of the ways to place theta.
+    fn packed_environments(&mut self) {
+        for (map, name, form, rows) in [
+            ("spruit_sunrise_512", "guide", Form::Guide, RowWarp::UniformV),
+            ("potsdamer_platz_512", "guide-cos", Form::Guide, RowWarp::UniformCosTheta),
+            ("spruit_sunrise_512", "alias", Form::Alias, RowWarp::UniformV),
+            ("potsdamer_platz_512", "alias-cos", Form::Alias, RowWarp::UniformCosTheta),
+        ] {
+            let about = match form {
+                Form::Alias => format!("{map}.hdr in one alias table"),
+                _ => format!("{map}.hdr in guide tables"),
+            };
+            self.add(format!("environment/{map}/{name}"), about, move |data| {
+                let file = data.join(format!("env/{map}.hdr"));
+                let picture = crate::picture::read(&file)?;
+                let (width, height) = (picture.width(), picture.height());
+                RadianceMap::new(width, height, picture.into_pixels())
+                    .and_then(|map| PackedEnvironment::new(map, rows, form))
+                    .map_err(|error| Error::Sampler { file, error })
+            });
         }
     }
 

@@ -76,6 +76,16 @@ impl RadianceMap {
         Ok(Self { width, height, texels })
     }
 
+    /// Number of columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Number of rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
     /// All texels, row after row.
     pub fn texels(&self) -> &[[f32; 3]] {
         &self.texels
@@ -124,8 +134,8 @@ pub struct Environment {
     conditionals: Vec<Option<DiscreteCdf>>,
 }
 
-/// A direction drawn from an [`Environment`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A direction drawn from an [`Environment`] or a [`PackedEnvironment`](super::PackedEnvironment).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnvironmentSample {
     /// Unit vector in the map's frame.
     pub direction: Vec3,
@@ -138,9 +148,9 @@ pub struct EnvironmentSample {
 }
 
 /// Closer to a pole the density per solid angle of the uniform-v form is that at this theta: it would be infinite at the pole itself.
-const LEAST_SINE: f64 = 1e-12;
+pub(super) const LEAST_SINE: f64 = 1e-12;
 /// How far samples keep from a texel's borders, in radians.
-const MARGIN: f64 = 2e-7;
+pub(super) const MARGIN: f64 = 2e-7;
 
 impl Environment {
     /// From `width` x `height` texels of linear RGB radiance, row 0 on top.
@@ -305,7 +315,7 @@ impl Environment {
 }
 
 /// The weight of a row's texels, see the file.
-fn row_weight(rows: RowWarp, row: usize, height: usize) -> f64 {
+pub(super) fn row_weight(rows: RowWarp, row: usize, height: usize) -> f64 {
     let step = PI / height as f64;
     let centre = ((row as f64 + 0.5) * step).sin();
     match rows {
@@ -317,7 +327,7 @@ fn row_weight(rows: RowWarp, row: usize, height: usize) -> f64 {
 
 /// A place in `[0, 1]` inside a texel `size` radians wide, moved off its borders.
 #[inline]
-fn keep_off(place: f64, size: f64) -> f64 {
+pub(super) fn keep_off(place: f64, size: f64) -> f64 {
     let margin = (MARGIN / size).min(0.25);
     place.clamp(margin, 1.0 - margin)
 }

@@ -16,9 +16,11 @@ mod light_tree;
 mod mesh_light;
 mod mis;
 mod mixture;
+mod packed_environment;
 mod phong;
 mod solid_angle;
 mod spherical_triangle;
+mod turns;
 mod uniform_direction;
 mod von_mises_fisher;
 mod with_delta;
@@ -26,7 +28,7 @@ mod with_delta;
 pub use barycentric::{BarycentricWarp, TriangleWarp};
 pub use closure::{Closures, FromPoint, IntoDraw, ToPoint, Variates, from_fn};
 pub use cosine_hemisphere::CosineHemisphere;
-pub use discrete::{Choice, DiscreteCdf};
+pub use discrete::{Choice, DiscreteAlias, DiscreteCdf, DiscreteGuide, DiscreteTable, Form};
 pub use distribution::{from_distribution, from_statrs};
 pub use draws::{Draws, from_draws};
 pub use environment::{Environment, EnvironmentSample, RadianceMap, RowWarp, luminance};
@@ -36,6 +38,7 @@ pub use light_tree::LightTree;
 pub use mesh_light::{LightSample, MeshLight, Placement, SeenFrom, Sides, SurfaceSample};
 pub use mis::{Heuristic, Real};
 pub use mixture::Mixture;
+pub use packed_environment::PackedEnvironment;
 pub use phong::PhongLobe;
 pub use solid_angle::View;
 pub use spherical_triangle::SphericalTriangle;
@@ -107,6 +110,29 @@ pub trait Sampler: Sync {
     /// rejects them. Rejected mass is counted, and tested against 1 minus the integral of the density.
     fn sample(&self, xi: &[f64]) -> Option<Sample<PointOf<Self>>>;
 
+    /// [`sample`](Self::sample) for many variates, one sample's after the other's: `xi` has [`dimensions`](Self::dimensions) for each of `samples`.
+    /// Samplers that read tables override it, to wait for memory once and not once a sample. The samples are the same to the last bit.
+    ///
+    /// ```
+    /// use warpcheck::sampler::{DiscreteAlias, Sampler};
+    /// let table = DiscreteAlias::new(&[1.0, 2.0, 3.0])?;
+    /// let xi = [0.1, 0.9, 0.5];
+    /// let mut samples = [None; 3];
+    /// table.fill(&xi, &mut samples);
+    /// assert!((0..3).all(|i| samples[i] == table.sample(&xi[i..=i])));
+    /// # Ok::<(), warpcheck::sampler::Error>(())
+    /// ```
+    ///
+    /// # Panics
+    /// If `xi` has another length.
+    fn fill(&self, xi: &[f64], samples: &mut [Option<Sample<PointOf<Self>>>]) {
+        let dimensions = self.dimensions();
+        assert_eq!(xi.len(), dimensions * samples.len(), "{dimensions} variates a sample");
+        for (i, sample) in samples.iter_mut().enumerate() {
+            *sample = self.sample(&xi[i * dimensions..(i + 1) * dimensions]);
+        }
+    }
+
     /// The density at a point, per the domain's measure.
     fn density(&self, point: &PointOf<Self>) -> f64;
 
@@ -175,6 +201,10 @@ impl<S: Sampler + ?Sized> Sampler for $pointer {
 
     fn sample(&self, xi: &[f64]) -> Option<Sample<PointOf<Self>>> {
         (**self).sample(xi)
+    }
+
+    fn fill(&self, xi: &[f64], samples: &mut [Option<Sample<PointOf<Self>>>]) {
+        (**self).fill(xi, samples);
     }
 
     fn density(&self, point: &PointOf<Self>) -> f64 {

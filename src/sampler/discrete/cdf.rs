@@ -13,11 +13,12 @@
 //! Inversion by search: Devroye, "Non-Uniform Random Variate Generation", 1986, section III.2. Variates with fewer bits
 //! (24 for one `f32`) reach only what their lattice meets.
 
-use super::{Error, Sample, Sampler};
-use crate::domain::{Cell, Discrete};
+use super::{Choice, position_of, step_of};
 use crate::random::ONE_MINUS_EPSILON_F64;
+use crate::sampler::Error;
 
-const STEPS: f64 = 9_007_199_254_740_992.0; // 2^53
+/// 2^53, how many steps the variate is cut into.
+pub(super) const STEPS: f64 = 9_007_199_254_740_992.0;
 
 /// A table to select an index with given probabilities from one variate. See the file for its mathematics.
 ///
@@ -36,17 +37,6 @@ pub struct DiscreteCdf {
     boundaries: Box<[u64]>,
 }
 
-/// What [`DiscreteCdf::choose`] chose.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Choice {
-    /// The entry.
-    pub index: usize,
-    /// Its probability.
-    pub mass: f64,
-    /// The variate left over: where in the entry's interval the variate fell, uniform in `[0, 1)` given the index.
-    pub rest: f64,
-}
-
 impl DiscreteCdf {
     /// A table for these weights, which need not be normalised.
     ///
@@ -55,6 +45,10 @@ impl DiscreteCdf {
     pub fn new(weights: &[f64]) -> Result<Self, Error> {
         if weights.is_empty() {
             return Err(Error::NoWeights);
+        }
+        if weights.len() > u32::MAX as usize {
+            let value = weights.len() as f64;
+            return Err(Error::Parameter { parameter: "number of weights", value, allowed: "under 2^32" });
         }
         if let Some((index, &value)) =
             weights.iter().enumerate().find(|(_, w)| !(w.is_finite() && **w >= 0.0))
@@ -108,14 +102,53 @@ impl DiscreteCdf {
     /// The entry for a variate in `[0, 1)`. What lies outside is moved to the nearest end, NaN to 0.
     #[inline]
     pub fn choose(&self, xi: f64) -> Choice {
-        let xi = if xi > 0.0 { xi.min(ONE_MINUS_EPSILON_F64) } else { 0.0 };
-        let position = xi * STEPS;
-        let step = position as u64;
-        let index = self.boundaries.partition_point(|&b| b <= step);
+        let position = position_of(xi);
+        self.choice(self.index(position as u64), position)
+    }
+
+    /// The entry that a step of `0..2^53` falls in.
+    #[inline]
+    pub(super) fn index(&self, step: u64) -> usize {
+        self.boundaries.partition_point(|&b| b <= step)
+    }
+
+    /// The choice of an entry that was found at this position, in steps.
+    #[inline]
+    pub(super) fn choice(&self, index: usize, position: f64) -> Choice {
         let start = self.start(index);
         let width = (self.boundaries[index] - start) as f64;
         let rest = ((position - start as f64) / width).min(ONE_MINUS_EPSILON_F64);
         Choice { index, mass: width / STEPS, rest }
+    }
+
+    /// The entries for 64 random bits each: [`choose`](Self::choose) at the variate of their upper 53.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn indices(&self, bits: &[u64], out: &mut [u32]) {
+        assert_eq!(bits.len(), out.len(), "as many bits as indices");
+        out.iter_mut().zip(bits).for_each(|(i, &bits)| *i = self.index(step_of(bits)) as u32);
+    }
+
+    /// [`choose`](Self::choose) for many variates.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn choose_all(&self, xi: &[f64], out: &mut [Choice]) {
+        assert_eq!(xi.len(), out.len(), "as many variates as choices");
+        out.iter_mut().zip(xi).for_each(|(choice, &xi)| *choice = self.choose(xi));
+    }
+
+    /// How many of the 2^53 steps an entry has.
+    #[inline]
+    pub(super) fn steps(&self, index: usize) -> u64 {
+        self.boundaries[index] - self.start(index)
+    }
+
+    /// b_1 … b_N.
+    #[inline]
+    pub(super) fn boundaries(&self) -> &[u64] {
+        &self.boundaries
     }
 
     /// The probability with which [`choose`](Self::choose) returns an entry; 0 past the end.
@@ -145,7 +178,7 @@ impl DiscreteCdf {
     }
 
     /// Up to 512 of the variates at which the entry changes, evenly spread over the entries, first and last included.
-    pub(super) fn some_boundaries(&self) -> Vec<f64> {
+    pub(in crate::sampler) fn some_boundaries(&self) -> Vec<f64> {
         let inner = self.len() - 1;
         let count = inner.min(512);
         (0..count)
@@ -188,43 +221,6 @@ impl Neumaier {
 
     fn value(&self) -> f64 {
         self.sum + self.compensation
-    }
-}
-
-impl Sampler for DiscreteCdf {
-    type Domain = Discrete;
-
-    fn domain(&self) -> Discrete {
-        Discrete::new(self.len())
-    }
-
-    fn dimensions(&self) -> usize {
-        1
-    }
-
-    fn sample(&self, xi: &[f64]) -> Option<Sample<usize>> {
-        let choice = self.choose(xi[0]);
-        Some(Sample { point: choice.index, density: choice.mass })
-    }
-
-    fn density(&self, index: &usize) -> f64 {
-        self.mass(*index)
-    }
-
-    fn invert(&self, index: &usize) -> Option<Vec<f64>> {
-        (self.mass(*index) > 0.0).then(|| vec![self.variate(*index, 0.5)])
-    }
-
-    fn left_over(&self, xi: &[f64]) -> Option<f64> {
-        Some(self.choose(xi[0]).rest)
-    }
-
-    fn variate_knots(&self, _: usize) -> Vec<f64> {
-        self.some_boundaries()
-    }
-
-    fn cell_mass(&self, cell: &Cell) -> Option<f64> {
-        Some(self.cumulative(cell.patches.end) - self.cumulative(cell.patches.start))
     }
 }
 

@@ -1,0 +1,455 @@
+//! Selection by an alias table, in exact integers.
+//!
+//! The 2^53 steps of the variate are dealt to N cells, each of c_i = floor or ceil of 2^53 / N steps. A cell gives its first t_i steps
+//! to its own entry and the others to its alias (Walker 1974), so that one cell is all that a search reads. The masses are those of [`DiscreteCdf`], in
+//! steps, and the construction only moves whole steps: every entry keeps exactly its own.
+//!
+//! A cell is 8 bytes: with lo = step N mod 2^53, the step belongs to the cell's own entry if lo < theta. All theta in an interval of N integers
+//! give the same t_i, so one with floor(log2 N) lower bits of zero is among them, and those and the 11 bits that a step doesn't have hold the alias.
+//!
+//! Construction by the sweep of Hübschle-Schneider and Sanders ("Parallel Weighted Random Sampling", 2022): light entries, each leaving a deficit, and
+//! heavy ones, each with an excess, are laid side by side in order of index; a light cell takes its alias from the heavy entry in whose
+//! excess its deficit begins, and what then is missing at the end of the heavy entry's own cell comes from the next heavy one. Where deficit
+//! and excess meet follows from their running sums alone, so that every piece of the table can be made by itself: in parallel, the same bits on any
+//! number of threads, without any further memory.
+
+use super::{Choice, DiscreteCdf, cdf::STEPS, position_of, step_of};
+use crate::parallel;
+use crate::random::ONE_MINUS_EPSILON_F64;
+use crate::sampler::Error;
+
+/// Searches that wait for memory together.
+pub(in crate::sampler) const BATCH: usize = 16;
+
+/// Cells made by one task.
+const PIECE: usize = 1 << 14;
+
+/// A table to select an index in one memory access, from independent variates: their order is lost.
+///
+/// ```
+/// use warpcheck::sampler::DiscreteAlias;
+/// let table = DiscreteAlias::new(&[1.0, 0.0, 3.0])?;
+/// assert_eq!(table.mass(1), 0.0);
+/// assert!((table.mass(2) - 0.75).abs() < 1e-15);
+/// let mut out = [0; 4];
+/// table.indices(&[0, 1 << 62, 1 << 63, u64::MAX], &mut out);
+/// assert!(out.iter().all(|&i| i == 0 || i == 2));
+/// # Ok::<(), warpcheck::sampler::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiscreteAlias {
+    /// For the masses; not searched.
+    cdf: DiscreteCdf,
+    cells: AliasCells,
+}
+
+impl DiscreteAlias {
+    /// A table for these weights, which need not be normalised.
+    ///
+    /// # Errors
+    /// Without weights, if there are 2^32 or more, if all are 0, or if one is negative, NaN or infinite (named by its index).
+    pub fn new(weights: &[f64]) -> Result<Self, Error> {
+        Ok(Self::from_cdf(DiscreteCdf::new(weights)?))
+    }
+
+    /// An alias table with the masses of this one.
+    pub fn from_cdf(cdf: DiscreteCdf) -> Self {
+        let cells = AliasCells::new(cdf.len(), |i| cdf.steps(i));
+        Self { cdf, cells }
+    }
+
+    /// Number of entries.
+    pub fn len(&self) -> usize {
+        self.cdf.len()
+    }
+
+    /// Never true: an empty table cannot be made.
+    pub fn is_empty(&self) -> bool {
+        self.cdf.is_empty()
+    }
+
+    /// The entry for a variate in `[0, 1)`. What lies outside is moved to the nearest end, NaN to 0.
+    #[inline]
+    pub fn choose(&self, xi: f64) -> Choice {
+        let (index, rest) = self.cells.choose(position_of(xi) as u64);
+        Choice { index, mass: self.cdf.mass(index), rest }
+    }
+
+    /// The entries for 64 random bits each: [`choose`](Self::choose) at the variate of their upper 53.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn indices(&self, bits: &[u64], out: &mut [u32]) {
+        assert_eq!(bits.len(), out.len(), "as many bits as indices");
+        let (bits, bits_left) = bits.as_chunks::<BATCH>();
+        let (out, out_left) = out.as_chunks_mut::<BATCH>();
+        for (bits, out) in bits.iter().zip(out) {
+            *out = bits.map(|bits| self.cells.index(step_of(bits)));
+        }
+        for (&bits, out) in bits_left.iter().zip(out_left) {
+            *out = self.cells.index(step_of(bits));
+        }
+    }
+
+    /// [`choose`](Self::choose) for many variates.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn choose_all(&self, xi: &[f64], out: &mut [Choice]) {
+        assert_eq!(xi.len(), out.len(), "as many variates as choices");
+        for (xi, out) in xi.chunks(BATCH).zip(out.chunks_mut(BATCH)) {
+            for (&xi, choice) in xi.iter().zip(&mut *out) {
+                (choice.index, choice.rest) = self.cells.choose(position_of(xi) as u64);
+            }
+            // Another place in memory, so all of them in one go.
+            out.iter_mut().for_each(|choice| choice.mass = self.cdf.mass(choice.index));
+        }
+    }
+
+    /// The probability with which [`choose`](Self::choose) returns an entry; 0 past the end.
+    #[inline]
+    pub fn mass(&self, index: usize) -> f64 {
+        self.cdf.mass(index)
+    }
+
+    /// The probability of all entries before `index`.
+    pub fn cumulative(&self, index: usize) -> f64 {
+        self.cdf.cumulative(index)
+    }
+
+    /// A variate at which this entry is chosen, with this rest in the part of it that lies in one cell: the entry's own or, where that has nothing
+    /// of it, the first that has. NaN for an entry of mass 0.
+    pub fn variate(&self, index: usize, rest: f64) -> f64 {
+        let Some((start, end)) = self.cells.part_of(index) else { return f64::NAN };
+        (start as f64 + rest * (end - start) as f64).min((end as f64).next_down()) / STEPS
+    }
+
+    /// Bytes that the table takes.
+    pub fn bytes(&self) -> usize {
+        self.cdf.bytes() + self.cells.bytes()
+    }
+
+    /// The borders of some cells, and of the parts inside.
+    pub(in crate::sampler) fn some_boundaries(&self) -> Vec<f64> {
+        self.cells.some_borders()
+    }
+}
+
+/// The cells of an alias table over 2^53 steps.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::sampler) struct AliasCells {
+    /// theta 2^11, and the alias in the lower bits.
+    cells: Box<[u64]>,
+    /// The bits of the alias.
+    mask: u64,
+}
+
+/// How the steps are dealt to N cells.
+#[derive(Clone, Copy)]
+struct Deal {
+    cells: u64,
+    /// 2^53 = cells each + more.
+    each: u64,
+    more: u64,
+}
+
+impl Deal {
+    fn new(cells: usize) -> Self {
+        let cells = cells as u64;
+        Self { cells, each: (1 << 53) / cells, more: (1 << 53) % cells }
+    }
+
+    /// The first step of a cell: ceil(c 2^53 / N).
+    fn start(&self, cell: usize) -> u64 {
+        let cell = cell as u64;
+        // c < 2^32 and more < N < 2^32.
+        let part = if self.more == 0 { 0 } else { (cell * self.more).div_ceil(self.cells) };
+        cell * self.each + part
+    }
+
+    fn capacity(&self, cell: usize) -> u64 {
+        if self.more == 0 { self.each } else { self.start(cell + 1) - self.start(cell) }
+    }
+
+    /// What `steps` steps of a cell's start are in its lo.
+    fn theta(&self, cell: usize, steps: u64) -> u64 {
+        // start N - c 2^53, in 0..N.
+        let first = self.start(cell).wrapping_mul(self.cells).wrapping_sub((cell as u64) << 53);
+        steps * self.cells + first
+    }
+}
+
+/// What the entries lack to fill their cells (side 0), or have too much for them (side 1), summed over the pieces before each piece.
+struct Sums<M> {
+    deal: Deal,
+    mass: M,
+    before: Vec<[u64; 2]>,
+}
+
+impl<M: Fn(usize) -> u64 + Sync> Sums<M> {
+    fn new(entries: usize, mass: M) -> Self {
+        let mut new = Self { deal: Deal::new(entries), mass, before: vec![[0; 2]] };
+        let pieces = parallel::map(entries.div_ceil(PIECE), |piece| {
+            let range = piece * PIECE..entries.min((piece + 1) * PIECE);
+            range.map(|i| new.of(i)).fold([0; 2], |a, b| [a[0] + b[0], a[1] + b[1]])
+        });
+        let mut sum = [0; 2];
+        for piece in pieces {
+            sum = [sum[0] + piece[0], sum[1] + piece[1]];
+            new.before.push(sum);
+        }
+        assert_eq!(sum[0], sum[1], "masses have to fill the cells");
+        new
+    }
+
+    #[inline]
+    fn of(&self, entry: usize) -> [u64; 2] {
+        let (mass, capacity) = ((self.mass)(entry), self.deal.capacity(entry));
+        [capacity.saturating_sub(mass), mass.saturating_sub(capacity)]
+    }
+
+    /// A walk that has not yet passed `sum`.
+    fn walk(&self, side: usize, sum: u64) -> Walk<'_, M> {
+        let piece = self.before.partition_point(|before| before[side] <= sum) - 1;
+        Walk { sums: self, side, next: piece * PIECE, last: 0, sum: self.before[piece][side] }
+    }
+}
+
+/// Goes along the entries that have something on one side, and adds it up.
+struct Walk<'a, M> {
+    sums: &'a Sums<M>,
+    side: usize,
+    next: usize,
+    /// The last entry that was added.
+    last: usize,
+    sum: u64,
+}
+
+impl<M: Fn(usize) -> u64 + Sync> Walk<'_, M> {
+    /// To the next entry that has something. There has to be one.
+    #[inline]
+    fn advance(&mut self) {
+        loop {
+            if self.next.is_multiple_of(PIECE) {
+                // Over pieces without any.
+                let rest = &self.sums.before[self.next / PIECE..];
+                let empty = rest.windows(2).take_while(|w| w[0][self.side] == w[1][self.side]).count();
+                self.next += empty * PIECE;
+            }
+            self.last = self.next;
+            self.next += 1;
+            let amount = self.sums.of(self.last)[self.side];
+            self.sum += amount;
+            if amount > 0 {
+                return;
+            }
+        }
+    }
+}
+
+impl AliasCells {
+    /// From the masses of the entries in steps, which have to add up to 2^53; fewer than 2^32 entries.
+    pub(in crate::sampler) fn new(entries: usize, mass: impl Fn(usize) -> u64 + Sync) -> Self {
+        let sums = Sums::new(entries, mass);
+        let mask = (1 << (11 + entries.ilog2())) - 1;
+        let mut cells = vec![0; entries].into_boxed_slice();
+        parallel::chunks_mut(&mut cells, PIECE, |piece, cells| {
+            let [mut deficit, mut excess] = sums.before[piece];
+            let (mut donors, mut debtors) = (sums.walk(1, deficit), sums.walk(0, excess));
+            for (i, cell) in (piece * PIECE..).zip(cells) {
+                let [lacks, exceeds] = sums.of(i);
+                let capacity = sums.deal.capacity(i);
+                let (own, alias) = if lacks > 0 {
+                    while donors.sum <= deficit {
+                        donors.advance();
+                    }
+                    deficit += lacks;
+                    (capacity - lacks, donors.last)
+                } else if exceeds > 0 {
+                    excess += exceeds;
+                    while debtors.sum < excess {
+                        debtors.advance();
+                    }
+                    match debtors.sum - excess {
+                        0 => (capacity, i),
+                        // The next heavy entry pays what this one has given too much.
+                        over => {
+                            let mut next = Walk { sums: &sums, side: 1, next: i + 1, last: i, sum: 0 };
+                            next.advance();
+                            (capacity - over, next.last)
+                        }
+                    }
+                } else {
+                    (capacity, i)
+                };
+                // A full cell is one whose other entry is its own.
+                let theta = if alias == i { 0 } else { (sums.deal.theta(i, own) << 11) & !mask };
+                *cell = theta | alias as u64;
+            }
+        });
+        Self { cells, mask }
+    }
+
+    /// The entry of a step of `0..2^53`.
+    #[inline]
+    pub(in crate::sampler) fn index(&self, step: u64) -> u32 {
+        let (cell, lo) = self.cell_of(step);
+        let packed = self.cells[cell];
+        let own = lo < packed & !self.mask;
+        if own { cell as u32 } else { (packed & self.mask) as u32 }
+    }
+
+    /// The entry of a step, and where in its part of the cell the step lies, in `[0, 1)`.
+    #[inline]
+    pub(in crate::sampler) fn choose(&self, step: u64) -> (usize, f64) {
+        let (cell, lo) = self.cell_of(step);
+        let packed = self.cells[cell];
+        let (theta, alias) = (packed & !self.mask, packed & self.mask);
+        let own = lo < theta;
+        // 2^64 - theta is one more than fits where theta is 0; in f64 it makes no difference.
+        let (from, width) = if own { (0, theta) } else { (theta, u64::MAX - theta) };
+        let rest = (lo - from) as f64 / width as f64;
+        (if own { cell } else { alias as usize }, rest.min(ONE_MINUS_EPSILON_F64))
+    }
+
+    /// [`choose`](Self::choose) for variates, all cells first.
+    #[inline]
+    pub(in crate::sampler) fn choose_batch<const N: usize>(&self, xi: &[f64; N]) -> [(usize, f64); N] {
+        xi.map(|xi| self.choose(position_of(xi) as u64))
+    }
+
+    /// A step's cell, and lo 2^11.
+    #[inline]
+    fn cell_of(&self, step: u64) -> (usize, u64) {
+        let product = u128::from(step << 11) * self.cells.len() as u128;
+        ((product >> 64) as usize, product as u64)
+    }
+
+    pub(in crate::sampler) fn bytes(&self) -> usize {
+        size_of_val(&*self.cells)
+    }
+
+    /// Where a cell begins, where its own part ends, and where it ends, in steps.
+    fn borders(&self, cell: usize) -> [u64; 3] {
+        let (deal, packed) = (Deal::new(self.cells.len()), self.cells[cell]);
+        let start = deal.start(cell);
+        let own = if packed & self.mask == cell as u64 {
+            deal.capacity(cell)
+        } else {
+            ((packed & !self.mask) >> 11).saturating_sub(deal.theta(cell, 0)).div_ceil(deal.cells)
+        };
+        [start, start + own, start + deal.capacity(cell)]
+    }
+
+    /// The borders of 256 cells, and of the parts inside, as variates.
+    pub(in crate::sampler) fn some_borders(&self) -> Vec<f64> {
+        let cells = (0..self.cells.len()).step_by(self.cells.len().div_ceil(256));
+        let borders = cells.flat_map(|cell| self.borders(cell)).map(|border| border as f64 / STEPS);
+        borders.filter(|&xi| xi > 0.0 && xi < 1.0).collect()
+    }
+
+    /// First and last step (exclusive) of a part that belongs to an entry: in its own cell, or in the first other one.
+    fn part_of(&self, entry: usize) -> Option<(u64, u64)> {
+        let [start, own, _] = self.borders(entry);
+        if own > start {
+            return Some((start, own));
+        }
+        let foreign = |&cell: &usize| self.cells[cell] & self.mask == entry as u64;
+        (0..self.cells.len())
+            .filter(foreign)
+            .map(|cell| self.borders(cell))
+            .find(|[_, own, end]| end > own)
+            .map(|[_, own, end]| (own, end))
+    }
+
+    /// How many steps each entry has, counted from the cells.
+    #[cfg(test)]
+    fn steps(&self) -> Vec<u64> {
+        let mut steps = vec![0; self.cells.len()];
+        for cell in 0..self.cells.len() {
+            let [start, own, end] = self.borders(cell);
+            steps[cell] += own - start;
+            steps[(self.cells[cell] & self.mask) as usize] += end - own;
+        }
+        steps
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{stream, unit_f64};
+    use rand::Rng;
+
+    /// Every entry gets exactly the steps of the CDF, and the borders found are those that a search sees.
+    fn exact(weights: &[f64]) {
+        let cdf = DiscreteCdf::new(weights).unwrap();
+        let table = DiscreteAlias::from_cdf(cdf.clone());
+        let steps: Vec<u64> = (0..weights.len()).map(|i| cdf.steps(i)).collect();
+        assert_eq!(table.cells.steps(), steps);
+        for cell in (0..weights.len()).step_by(weights.len().div_ceil(1000)) {
+            let [start, own, end] = table.cells.borders(cell);
+            let alias = (table.cells.cells[cell] & table.cells.mask) as u32;
+            for step in [start, own - u64::from(own > start)] {
+                if step < own {
+                    assert_eq!(table.cells.index(step), cell as u32, "{} {cell}", weights.len());
+                }
+            }
+            for step in [own, end - 1] {
+                if own < end {
+                    assert_eq!(table.cells.index(step), alias, "{} {cell}", weights.len());
+                }
+            }
+        }
+        for i in (0..weights.len()).step_by(weights.len().div_ceil(100)) {
+            if weights[i] > 0.0 {
+                for rest in [0.0, 0.5, ONE_MINUS_EPSILON_F64] {
+                    assert_eq!(table.choose(table.variate(i, rest)).index, i);
+                }
+            } else {
+                assert!(table.variate(i, 0.5).is_nan());
+            }
+        }
+    }
+
+    #[test]
+    fn cells_hold_exactly_the_masses() {
+        let mut rng = stream(1, "alias", 0);
+        for entries in [1, 2, 3, 5, 7, 64, 100, 1000, 1023, 1024, 1025, 70_000, 131_072] {
+            let mut draw = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
+                (0..entries).map(|_| f(unit_f64(&mut rng))).collect()
+            };
+            exact(&draw(&|_| 1.0));
+            exact(&draw(&|u| 10.0_f64.powf(8.0 * u)));
+            exact(&draw(&|u| if u < 0.5 { 0.0 } else { u }).iter().map(|w| w + 1e-300).collect::<Vec<_>>());
+            let mut one = draw(&|_| 0.0);
+            one[entries / 2] = 1.0;
+            exact(&one);
+            let mut heavy = draw(&|_| 1e-9);
+            heavy[entries - 1] = 1.0;
+            exact(&heavy);
+            let mut sorted = draw(&|u| u + 0.01);
+            sorted.sort_by(f64::total_cmp);
+            exact(&sorted);
+            sorted.reverse();
+            exact(&sorted);
+        }
+    }
+
+    #[test]
+    fn the_left_over_is_uniform_in_its_part() {
+        let table = DiscreteAlias::new(&[1.0, 5.0, 0.3]).unwrap();
+        let mut rng = stream(2, "alias", 0);
+        let (mut sums, mut counts) = ([0.0; 3], [0.0; 3]);
+        for _ in 0..30_000 {
+            let choice = table.choose((rng.next_u64() >> 11) as f64 / STEPS);
+            assert!((0.0..1.0).contains(&choice.rest));
+            sums[choice.index] += choice.rest;
+            counts[choice.index] += 1.0;
+        }
+        for (sum, count) in sums.iter().zip(counts) {
+            let sigma = (1.0 / 12.0 / count as f64).sqrt();
+            assert!((sum / count - 0.5).abs() < 5.0 * sigma, "{sums:?} {counts:?}");
+        }
+    }
+}

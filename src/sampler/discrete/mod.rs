@@ -1,0 +1,108 @@
+//! Discrete selection: an index with given probabilities from one variate, in three forms behind one face ([`DiscreteTable`]).
+//!
+//! | form | bytes an entry | searches | order of xi | for |
+//! |---|---|---|---|---|
+//! | [`DiscreteCdf`] | 8 | log2 N dependent loads | kept | the baseline; a dozen entries |
+//! | [`DiscreteGuide`] | 20 to 32 | one load, two for one in ten | kept | stratified or low-discrepancy variates: the default |
+//! | [`DiscreteAlias`] | 16, of which 8 are searched | one load | lost | independent variates, where speed is all |
+//!
+//! Order kept means that a larger variate never gives a smaller index, so that strata of the variate stay strata of the table, and neighbouring
+//! variates neighbouring entries. All three have the same integer masses ([`DiscreteCdf`] says how they come about), and search exactly
+//! those: the mass reported is the one searched to the last bit, the forms that keep order agree for every variate, and every
+//! positive weight can be drawn.
+
+mod alias;
+mod cdf;
+mod guide;
+mod table;
+
+pub use alias::DiscreteAlias;
+pub use cdf::DiscreteCdf;
+pub use guide::DiscreteGuide;
+pub use table::{DiscreteTable, Form};
+
+pub(super) use alias::{AliasCells, BATCH};
+
+use super::{Sample, Sampler};
+use crate::domain::{Cell, Discrete};
+use crate::random::ONE_MINUS_EPSILON_F64;
+
+/// What a table chose.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Choice {
+    /// The entry.
+    pub index: usize,
+    /// Its probability.
+    pub mass: f64,
+    /// The variate left over: where in the entry's interval (with an alias table, in the part of it that was hit) the variate fell, uniform in
+    /// `[0, 1)` given the index.
+    pub rest: f64,
+}
+
+/// Where a variate lies in `[0, 2^53)`. What lies outside of `[0, 1)` is moved to the nearest end, NaN to 0.
+#[inline]
+fn position_of(xi: f64) -> f64 {
+    let xi = if xi > 0.0 { xi.min(ONE_MINUS_EPSILON_F64) } else { 0.0 };
+    xi * cdf::STEPS
+}
+
+/// The step of `0..2^53` of 64 random bits.
+#[inline]
+fn step_of(bits: u64) -> u64 {
+    bits >> 11
+}
+
+/// The forms as samplers: only what inverts a variate differs.
+macro_rules! sampler {
+    ($($table:ty),+) => {$(
+impl Sampler for $table {
+    type Domain = Discrete;
+
+    fn domain(&self) -> Discrete {
+        Discrete::new(self.len())
+    }
+
+    fn dimensions(&self) -> usize {
+        1
+    }
+
+    fn sample(&self, xi: &[f64]) -> Option<Sample<usize>> {
+        let choice = self.choose(xi[0]);
+        Some(Sample { point: choice.index, density: choice.mass })
+    }
+
+    fn fill(&self, xi: &[f64], samples: &mut [Option<Sample<usize>>]) {
+        assert_eq!(xi.len(), samples.len(), "one variate a sample");
+        let mut choices = [Choice::default(); 256];
+        for (xi, samples) in xi.chunks(256).zip(samples.chunks_mut(256)) {
+            let choices = &mut choices[..xi.len()];
+            self.choose_all(xi, choices);
+            for (sample, choice) in samples.iter_mut().zip(choices) {
+                *sample = Some(Sample { point: choice.index, density: choice.mass });
+            }
+        }
+    }
+
+    fn density(&self, index: &usize) -> f64 {
+        self.mass(*index)
+    }
+
+    fn invert(&self, index: &usize) -> Option<Vec<f64>> {
+        (self.mass(*index) > 0.0).then(|| vec![self.variate(*index, 0.5)])
+    }
+
+    fn left_over(&self, xi: &[f64]) -> Option<f64> {
+        Some(self.choose(xi[0]).rest)
+    }
+
+    fn variate_knots(&self, _: usize) -> Vec<f64> {
+        self.some_boundaries()
+    }
+
+    fn cell_mass(&self, cell: &Cell) -> Option<f64> {
+        Some(self.cumulative(cell.patches.end) - self.cumulative(cell.patches.start))
+    }
+}
+    )+};
+}
+sampler!(DiscreteCdf, DiscreteGuide, DiscreteAlias, DiscreteTable);

@@ -1,0 +1,369 @@
+//! An environment map with tables that are small and fast, sampled many directions at a time.
+//!
+//! The density is that of [`Environment`](super::Environment), the baseline, in both [`RowWarp`]s; see there for map and measure. What differs:
+//!
+//! | [`Form`] | bytes a texel | memory accesses | order of the variates |
+//! |---|---|---|---|
+//! | `Guide` (`Ordered`) | 4.5 | some in cache, one | both kept |
+//! | `Alias` (`Unordered`) | 8 | one | the second kept, the first lost |
+//!
+//! and a few dozen bytes a row and a column. The tables are made in parallel, the same bits on any number of threads. (u, v) becomes a direction by
+//! polynomials off by at most 4e-9 (before the direction is rounded to `f32`), and a direction is told its texel by sides of borders,
+//! not by inverse trigonometric functions; so its density costs one access to the tables. Masses are differences of the integers that are
+//! searched.
+//!
+//! Rows that aren't black have 2^31 steps: a texel lighter than 5e-10 of its row is drawn with that probability, and reported with it.
+
+mod edges;
+mod flat;
+mod rows;
+
+use super::environment::{LEAST_SINE, MARGIN, keep_off, row_weight};
+use super::{EnvironmentSample, Error, Form, RadianceMap, RowWarp, Sample, Sampler, luminance, turns};
+use crate::domain::{Knots, Sphere};
+use edges::Edges;
+use flat::Flat;
+use glam::{DVec2, DVec3, Vec3};
+use rows::Rows;
+use std::f64::consts::{FRAC_1_PI, PI, TAU};
+use std::sync::Arc;
+
+use super::discrete::BATCH;
+
+/// A latitude-longitude map of radiance and compact tables to sample it.
+///
+/// ```
+/// use warpcheck::sampler::{EnvironmentSample, Form, PackedEnvironment, RadianceMap, RowWarp};
+/// let map = RadianceMap::new(4, 2, vec![[1.0; 3]; 8])?;
+/// let map = PackedEnvironment::new(map, RowWarp::UniformCosTheta, Form::Ordered)?;
+/// let mut samples = [EnvironmentSample::default(); 2];
+/// map.sample_all(&[[0.3, 0.6], [0.9, 0.1]], &mut samples);
+/// assert_eq!(samples[0], map.sample([0.3, 0.6]));
+/// assert!((f64::from(samples[1].density) * 4.0 * std::f64::consts::PI - 1.0).abs() < 1e-6);
+/// # Ok::<(), warpcheck::sampler::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct PackedEnvironment {
+    map: Arc<RadianceMap>,
+    rows: RowWarp,
+    row_weights: Box<[f64]>,
+    /// Where in a row samples are placed; only for [`RowWarp::UniformCosTheta`].
+    drops: Box<[Drop]>,
+    edges: Edges,
+    tables: Tables,
+}
+
+#[derive(Clone, Debug)]
+enum Tables {
+    Guide(Rows),
+    Alias(Flat),
+}
+
+/// A texel that was drawn, and where in it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Found {
+    column: usize,
+    row: usize,
+    /// Place in the texel, along u and along v, in `[0, 1)`.
+    across: f64,
+    down: f64,
+    /// The probability of the texel; NaN from an alias table, where it follows from the texel, which not everybody reads.
+    mass: f64,
+}
+
+/// The weights of texels: luminance times that of the row.
+#[derive(Clone, Copy)]
+struct Weights<'a> {
+    map: &'a RadianceMap,
+    rows: &'a [f64],
+}
+
+impl<'a> Weights<'a> {
+    fn width(&self) -> usize {
+        self.map.width()
+    }
+
+    fn height(&self) -> usize {
+        self.map.height()
+    }
+
+    #[inline]
+    fn weight(&self, column: usize, row: usize) -> f64 {
+        self.rows[row] * luminance(self.map.texels()[row * self.map.width() + column])
+    }
+
+    fn row(&self, row: usize) -> impl Iterator<Item = f64> + use<'a> {
+        let (width, weight) = (self.map.width(), self.rows[row]);
+        self.map.texels()[row * width..(row + 1) * width].iter().map(move |&texel| weight * luminance(texel))
+    }
+
+    fn black(&self) -> Error {
+        Error::Black { width: self.width(), height: self.height() }
+    }
+}
+
+/// The range of 1 - |cos theta| in a row, seen from the nearer pole.
+#[derive(Clone, Copy, Debug)]
+struct Drop {
+    near: f64,
+    range: f64,
+    /// What keeps off the borders.
+    least: f64,
+    most: f64,
+    south: bool,
+}
+
+impl Drop {
+    fn new(row: usize, height: usize) -> Self {
+        let step = PI / height as f64;
+        let south = 2 * row + 1 > height;
+        let from_pole = if south { height - 1 - row } else { row } as f64 * step;
+        // cos a - cos b = 2 sin((a + b) / 2) sin((b - a) / 2), without cancellation.
+        let between = |a: f64, b: f64| 2.0 * (0.5 * (a + b)).sin() * (0.5 * (b - a)).sin();
+        let (far, margin) = (from_pole + step, MARGIN.min(0.25 * step));
+        let range = between(from_pole, far);
+        Self {
+            near: between(0.0, from_pole),
+            range,
+            least: between(from_pole, from_pole + margin) / range,
+            most: 1.0 - between(far - margin, far) / range,
+            south,
+        }
+    }
+
+    /// 1 - |cos theta|, for a place in the row.
+    #[inline]
+    fn at(&self, place: f64) -> f64 {
+        let part = if self.south { 1.0 - place } else { place };
+        self.near + part.clamp(self.least, self.most) * self.range
+    }
+}
+
+impl PackedEnvironment {
+    /// The tables for a map.
+    ///
+    /// # Errors
+    /// If all is black; with guides if the map is wider than 65,536 texels, with an alias table if it has 2^32 texels or more.
+    pub fn new(map: impl Into<Arc<RadianceMap>>, rows: RowWarp, form: Form) -> Result<Self, Error> {
+        let map = map.into();
+        let (width, height) = (map.width(), map.height());
+        let row_weights: Box<[f64]> = (0..height).map(|row| row_weight(rows, row, height)).collect();
+        let weights = Weights { map: &map, rows: &row_weights };
+        let tables = match form {
+            Form::Unordered | Form::Alias => Tables::Alias(Flat::new(&weights)?),
+            Form::Ordered | Form::Guide | Form::Cdf => Tables::Guide(Rows::new(&weights)?),
+        };
+        let drops = match rows {
+            RowWarp::UniformV => Box::default(),
+            RowWarp::UniformCosTheta => (0..height).map(|row| Drop::new(row, height)).collect(),
+        };
+        Ok(Self { edges: Edges::new(width, height), map, rows, row_weights, drops, tables })
+    }
+
+    /// The map.
+    pub fn map(&self) -> &RadianceMap {
+        &self.map
+    }
+
+    /// Which form the tables have: [`Form::Guide`] or [`Form::Alias`].
+    pub fn form(&self) -> Form {
+        match self.tables {
+            Tables::Guide(_) => Form::Guide,
+            Tables::Alias(_) => Form::Alias,
+        }
+    }
+
+    /// Bytes that the tables take, without the map.
+    pub fn table_bytes(&self) -> usize {
+        let tables = match &self.tables {
+            Tables::Guide(rows) => rows.bytes(),
+            Tables::Alias(flat) => flat.bytes(),
+        };
+        tables + self.edges.bytes() + size_of_val(&*self.row_weights) + size_of_val(&*self.drops)
+    }
+
+    fn weights(&self) -> Weights<'_> {
+        Weights { map: &self.map, rows: &self.row_weights }
+    }
+
+    #[inline]
+    fn find<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [Found; N] {
+        match &self.tables {
+            Tables::Guide(rows) => rows.find(xi),
+            Tables::Alias(flat) => flat.find(xi),
+        }
+    }
+
+    /// (u, v) of what was found.
+    #[inline]
+    fn uv(&self, found: &Found) -> [f64; 2] {
+        let (width, height) = (self.map.width() as f64, self.map.height() as f64);
+        let u = (found.column as f64 + keep_off(found.across, TAU / width)) / width;
+        let v = match self.rows {
+            RowWarp::UniformV => (found.row as f64 + keep_off(found.down, PI / height)) / height,
+            RowWarp::UniformCosTheta => {
+                let drop = &self.drops[found.row];
+                let from_pole = 2.0 * FRAC_1_PI * (0.5 * drop.at(found.down)).sqrt().min(1.0).asin();
+                if drop.south { 1.0 - from_pole } else { from_pole }
+            }
+        };
+        [u, v]
+    }
+
+    #[inline]
+    fn samples<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [EnvironmentSample; N] {
+        let mut found = self.find(xi);
+        if let Tables::Alias(flat) = &self.tables {
+            let weights = self.weights();
+            found.iter_mut().for_each(|found| found.mass = flat.mass(&weights, found.column, found.row));
+        }
+        let uv = found.each_ref().map(|found| self.uv(found));
+        let mut directions = [[0.0; 4]; N];
+        for i in 0..N {
+            let (sin_phi, cos_phi) = turns::sin_cos(uv[i][0]);
+            let (sine, cosine) = match self.rows {
+                RowWarp::UniformV => turns::sin_cos(0.5 * uv[i][1]),
+                RowWarp::UniformCosTheta => {
+                    let drop = &self.drops[found[i].row];
+                    let fallen = drop.at(found[i].down);
+                    let sine = (fallen * (2.0 - fallen)).max(0.0).sqrt();
+                    (sine, if drop.south { fallen - 1.0 } else { 1.0 - fallen })
+                }
+            };
+            directions[i] = [sine * cos_phi, sine * sin_phi, cosine, sine];
+        }
+        let mut samples = [EnvironmentSample::default(); N];
+        for i in 0..N {
+            let [x, y, z, sine] = directions[i];
+            let Found { column, row, mass, .. } = found[i];
+            samples[i] = EnvironmentSample {
+                direction: DVec3::new(x, y, z).as_vec3(),
+                uv: DVec2::from_array(uv[i]),
+                density: (mass * self.per_solid_angle(row, sine.max(LEAST_SINE))) as f32,
+                radiance: self.map.texels()[row * self.map.width() + column].into(),
+            };
+        }
+        samples
+    }
+
+    /// The direction for variates in `[0, 1)`. With guides, `xi[0]` selects the row and `xi[1]` the column; with an alias table, `xi[0]` the
+    /// texel.
+    #[inline]
+    pub fn sample(&self, xi: [f64; 2]) -> EnvironmentSample {
+        self.samples(&[xi])[0]
+    }
+
+    /// [`sample`](Self::sample) for many variates, to the last bit.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn sample_all(&self, xi: &[[f64; 2]], out: &mut [EnvironmentSample]) {
+        assert_eq!(xi.len(), out.len(), "as many pairs of variates as samples");
+        let (xi, xi_left) = xi.as_chunks::<BATCH>();
+        let (out, out_left) = out.as_chunks_mut::<BATCH>();
+        for (xi, out) in xi.iter().zip(out) {
+            *out = self.samples(xi);
+        }
+        for (&xi, out) in xi_left.iter().zip(out_left) {
+            *out = self.sample(xi);
+        }
+    }
+
+    /// (u, v) of [`sample`](Self::sample) for many variates, and nothing else.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn uv_all(&self, xi: &[[f64; 2]], out: &mut [[f64; 2]]) {
+        assert_eq!(xi.len(), out.len(), "as many pairs of variates as places");
+        let (xi, xi_left) = xi.as_chunks::<BATCH>();
+        let (out, out_left) = out.as_chunks_mut::<BATCH>();
+        for (xi, out) in xi.iter().zip(out) {
+            *out = self.find(xi).each_ref().map(|found| self.uv(found));
+        }
+        for (&xi, out) in xi_left.iter().zip(out_left) {
+            *out = self.find(&[xi]).each_ref().map(|found| self.uv(found))[0];
+        }
+    }
+
+    /// The direction of (u, v), of unit length; as [`sample`](Self::sample) has it for [`RowWarp::UniformV`]. Off by at most 4e-9 before it is
+    /// rounded to `f32`.
+    #[inline]
+    pub fn direction_of(uv: [f64; 2]) -> Vec3 {
+        let (sin_phi, cos_phi) = turns::sin_cos(uv[0]);
+        let (sine, cosine) = turns::sin_cos(0.5 * uv[1]);
+        DVec3::new(sine * cos_phi, sine * sin_phi, cosine).as_vec3()
+    }
+
+    /// Density per solid angle of a direction, a unit vector in the map's frame.
+    #[inline]
+    pub fn density(&self, w: Vec3) -> f32 {
+        Sampler::density(self, &w.as_dvec3()) as f32
+    }
+
+    /// The probability of a texel.
+    pub fn texel_mass(&self, column: usize, row: usize) -> f64 {
+        match &self.tables {
+            Tables::Guide(rows) => rows.mass(column, row),
+            Tables::Alias(flat) => flat.mass(&self.weights(), column, row),
+        }
+    }
+
+    /// What turns a texel's probability into a density per solid angle.
+    #[inline]
+    fn per_solid_angle(&self, row: usize, sine: f64) -> f64 {
+        let (width, height) = (self.map.width() as f64, self.map.height() as f64);
+        match self.rows {
+            RowWarp::UniformV => width * height / (TAU * PI * sine),
+            RowWarp::UniformCosTheta => width / (TAU * self.row_weights[row]),
+        }
+    }
+}
+
+impl Sampler for PackedEnvironment {
+    type Domain = Sphere;
+
+    fn domain(&self) -> Sphere {
+        Sphere
+    }
+
+    fn dimensions(&self) -> usize {
+        2
+    }
+
+    fn sample(&self, xi: &[f64]) -> Option<Sample<DVec3>> {
+        Some(Self::sample(self, [xi[0], xi[1]]).into())
+    }
+
+    fn fill(&self, xi: &[f64], samples: &mut [Option<Sample<DVec3>>]) {
+        assert_eq!(xi.len(), 2 * samples.len(), "two variates a sample");
+        let (xi, _) = xi.as_chunks::<2>();
+        let mut drawn = [EnvironmentSample::default(); 4 * BATCH];
+        for (xi, samples) in xi.chunks(drawn.len()).zip(samples.chunks_mut(4 * BATCH)) {
+            let drawn = &mut drawn[..xi.len()];
+            self.sample_all(xi, drawn);
+            samples.iter_mut().zip(drawn).for_each(|(sample, &mut drawn)| *sample = Some(drawn.into()));
+        }
+    }
+
+    fn density(&self, w: &DVec3) -> f64 {
+        let (column, row, sine) = self.edges.texel_of(*w);
+        self.texel_mass(column, row) * self.per_solid_angle(row, sine.max(LEAST_SINE))
+    }
+
+    fn knots(&self) -> Knots {
+        Knots::grid(self.map.height(), self.map.width())
+    }
+
+    fn variate_knots(&self, dimension: usize) -> Vec<f64> {
+        match &self.tables {
+            Tables::Guide(rows) => rows.knots(dimension),
+            Tables::Alias(flat) => flat.knots(dimension),
+        }
+    }
+}
+
+impl From<EnvironmentSample> for Sample<DVec3> {
+    fn from(sample: EnvironmentSample) -> Self {
+        Self { point: sample.direction.as_dvec3(), density: f64::from(sample.density) }
+    }
+}
