@@ -110,6 +110,19 @@ pub trait Sampler: Sync {
     /// The density at a point, per the domain's measure.
     fn density(&self, point: &PointOf<Self>) -> f64;
 
+    /// A sample for every [`dimensions`](Self::dimensions) of the variates, in their order, into the emptied `out`. For samplers that answer many
+    /// questions faster than one at a time, such as programs at the other end of a pipe.
+    fn sample_many(&self, xi: &[f64], out: &mut Vec<Option<Sample<PointOf<Self>>>>) {
+        out.clear();
+        out.extend(xi.chunks_exact(self.dimensions().max(1)).map(|xi| self.sample(xi)));
+    }
+
+    /// The density at every point, in their order, into the emptied `out`.
+    fn density_many(&self, points: &[PointOf<Self>], out: &mut Vec<f64>) {
+        out.clear();
+        out.extend(points.iter().map(|point| self.density(point)));
+    }
+
     /// The variates that give `point`, where an inverse exists.
     fn invert(&self, _point: &PointOf<Self>) -> Option<Vec<f64>> {
         None
@@ -179,6 +192,14 @@ impl<S: Sampler + ?Sized> Sampler for $pointer {
 
     fn density(&self, point: &PointOf<Self>) -> f64 {
         (**self).density(point)
+    }
+
+    fn sample_many(&self, xi: &[f64], out: &mut Vec<Option<Sample<PointOf<Self>>>>) {
+        (**self).sample_many(xi, out);
+    }
+
+    fn density_many(&self, points: &[PointOf<Self>], out: &mut Vec<f64>) {
+        (**self).density_many(points, out);
     }
 
     fn invert(&self, point: &PointOf<Self>) -> Option<Vec<f64>> {

@@ -92,7 +92,7 @@ impl Expectation {
         let integrator = Integrator { relative_tolerance, absolute_tolerance: 1e-9, max_evaluations: 20_000 };
         let integrate = |integrator: Integrator, partition: &Partition, leaf: usize, cell: &Cell| {
             let grading = partition.grading(leaf);
-            integrator.integrate_chart(space, cell, knots, &grading, &|patch, at| probe.density_at(patch, at))
+            integrator.integrate_chart(space, cell, knots, &grading, &|places, out| probe.densities_at(places, out))
         };
         // The parts that a line cuts off need no such care: their errors are taken off a distance, not summed up.
         let rough = Integrator { relative_tolerance: 1e-4, absolute_tolerance: 1e-9, max_evaluations: 400 };
@@ -133,8 +133,11 @@ impl Expectation {
         let mut remainders = Vec::new();
         if space.axes() == 0 && space.patches() > PILOTS[0] as usize / 16 {
             remainders = MODULI.map(|modulus| vec![0.0; modulus]).into();
-            for entry in 0..space.patches() {
-                let mass = probe.density_at(entry, [0.0; 2]).0;
+            let entries: Vec<Location> =
+                (0..space.patches()).map(|patch| Location { patch, at: [0.0; 2] }).collect();
+            let mut masses = Vec::new();
+            probe.densities_at(&entries, &mut masses);
+            for (entry, (mass, _)) in masses.into_iter().enumerate() {
                 remainders
                     .iter_mut()
                     .zip(MODULI)
@@ -217,8 +220,9 @@ fn largest_at_samples(probe: &dyn Probe, seed: u64, partition: &Partition) -> Ve
     let mut places = Vec::new();
     probe.locate(&xi, &mut places);
     let mut largest = vec![0.0_f64; partition.leaves().len()];
-    for place in places {
-        let (density, jacobian) = probe.density_at(place.patch, place.at);
+    let mut densities = Vec::new();
+    probe.densities_at(&places, &mut densities);
+    for (place, (density, jacobian)) in places.into_iter().zip(densities) {
         let leaf = &mut largest[partition.leaf_of(&place)];
         *leaf = leaf.max(density * jacobian);
     }
@@ -291,7 +295,7 @@ const SURE: f64 = 3.0;
 fn at_random(probe: &dyn Probe, seed: u64, partition: &Partition, leaf: usize, cell: &Cell) -> (f64, f64) {
     let mut rng = stream(seed, "doubt", leaf as u64);
     let mut uniform = || unit_f64(&mut rng);
-    let density = |patch, at| probe.density_at(patch, at);
+    let density = |places: &[Location], out: &mut Vec<(f64, f64)>| probe.densities_at(places, out);
     let grading = partition.grading(leaf);
     integrate_at_random(probe.space(), cell, probe.knots(), &grading, &density, &mut uniform)
 }

@@ -94,6 +94,8 @@ pub(super) trait Probe: Sync {
     fn look(&self, xi: &[f64]) -> Option<Look>;
     /// Density and Jacobian of the chart.
     fn density_at(&self, patch: usize, at: [f64; 2]) -> (f64, f64);
+    /// The same at many locations, into the emptied `out`.
+    fn densities_at(&self, places: &[Location], out: &mut Vec<(f64, f64)>);
     fn describe(&self, patch: usize, at: [f64; 2]) -> String;
     /// The densities a step of `epsilon` around the sample of `xi`.
     fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64>;
@@ -167,11 +169,17 @@ impl<S: Sampler> Probe for Subject<'_, S> {
     fn draw(&self, xi: &[f64], ask: usize, out: &mut Vec<Draw>, values: &mut Vec<f64>) {
         out.clear();
         values.clear();
-        for (i, xi) in self.each(xi).enumerate() {
-            let draw = match self.sampler.sample(xi) {
+        let mut samples = Vec::new();
+        self.sampler.sample_many(xi, &mut samples);
+        let points = samples.iter().step_by(ask).flatten().map(|sample| sample.point.clone());
+        let (points, mut asked) = (points.collect::<Vec<_>>(), Vec::new());
+        self.sampler.density_many(&points, &mut asked);
+        let mut asked = asked.into_iter();
+        for (i, sample) in samples.into_iter().enumerate() {
+            let draw = match sample {
                 None => Draw::without_point(Fate::Rejected),
                 Some(sample) => {
-                    let asked = if i % ask == 0 { self.sampler.density(&sample.point) } else { 0.0 };
+                    let asked = if i % ask == 0 { asked.next().unwrap_or(f64::NAN) } else { 0.0 };
                     for known in &self.extras.known {
                         values.push((known.function)(&sample.point) / sample.density);
                     }
@@ -187,8 +195,9 @@ impl<S: Sampler> Probe for Subject<'_, S> {
     }
 
     fn locate(&self, xi: &[f64], out: &mut Vec<Location>) {
-        let located = |xi| self.domain.locate(&self.sampler.sample(xi)?.point).ok();
-        out.extend(self.each(xi).filter_map(located));
+        let mut samples = Vec::new();
+        self.sampler.sample_many(xi, &mut samples);
+        out.extend(samples.into_iter().flatten().filter_map(|sample| self.domain.locate(&sample.point).ok()));
     }
 
     fn look(&self, xi: &[f64]) -> Option<Look> {
@@ -206,6 +215,15 @@ impl<S: Sampler> Probe for Subject<'_, S> {
         (self.sampler.density(&point), jacobian)
     }
 
+    fn densities_at(&self, places: &[Location], out: &mut Vec<(f64, f64)>) {
+        let points = places.iter().map(|place| self.domain.point(place.patch, place.at));
+        let (points, jacobians): (Vec<_>, Vec<f64>) = points.unzip();
+        let mut densities = Vec::with_capacity(places.len());
+        self.sampler.density_many(&points, &mut densities);
+        out.clear();
+        out.extend(densities.into_iter().zip(jacobians));
+    }
+
     fn describe(&self, patch: usize, at: [f64; 2]) -> String {
         format!("{:?}", self.domain.point(patch, at).0)
     }
@@ -213,7 +231,9 @@ impl<S: Sampler> Probe for Subject<'_, S> {
     fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64> {
         let Some(sample) = self.sampler.sample(xi) else { return Vec::new() };
         let neighbours = self.domain.neighbours(&sample.point, epsilon);
-        neighbours.iter().map(|p| self.sampler.density(p)).collect()
+        let mut densities = Vec::with_capacity(neighbours.len());
+        self.sampler.density_many(&neighbours, &mut densities);
+        densities
     }
 
     fn displacement(&self, from: &[f64], to: &[f64]) -> Option<([f64; 2], f64)> {

@@ -87,8 +87,10 @@ impl<S: Sampler> Source for Drawing<'_, S> {
     }
 
     fn places(&self, xi: &[f64], out: &mut Vec<Place>) {
+        let mut samples = Vec::new();
+        self.sampler.sample_many(xi, &mut samples);
         out.clear();
-        out.extend(xi.chunks_exact(self.dimensions().max(1)).map(|xi| match self.sampler.sample(xi) {
+        out.extend(samples.into_iter().map(|sample| match sample {
             None => Place::Rejected,
             Some(sample) => self.domain.locate(&sample.point).map_or(Place::Outside, Place::At),
         }));

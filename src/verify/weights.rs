@@ -14,7 +14,7 @@
 use super::check::{Case, Check, Rests};
 use super::finding::{Evidence, Finding, Verdict};
 use super::tally::Inverse;
-use crate::domain::{Cell, Groups};
+use crate::domain::{Cell, Groups, Location};
 use crate::random::{fill_unit, stream};
 use crate::statistics::{self, Moments, binomial, normal};
 
@@ -61,19 +61,24 @@ fn largest_weight(case: &Case<'_>, leaf: usize) -> Option<f64> {
     }
     let axes = case.probe.space().axes();
     let along = |axis: usize| -> &[f64] { if axis < axes { &[0.02, 0.26, 0.5, 0.74, 0.98] } else { &[0.5] } };
-    let mut largest = 0.0_f64;
+    let mut places = Vec::new();
     for patch in cell.patches.clone() {
         for &a in along(0) {
-            for &b in along(1) {
+            places.extend(along(1).iter().map(|&b| {
                 let part = [a, b];
                 let at = [0, 1].map(|i| cell.low[i] + part[i] * (cell.high[i] - cell.low[i]));
-                let density = case.probe.density_at(patch, at).0;
-                if !(density > 0.0) {
-                    return None;
-                }
-                largest = largest.max(1.0 / density);
-            }
+                Location { patch, at }
+            }));
         }
+    }
+    let mut largest = 0.0_f64;
+    let mut densities = Vec::new();
+    case.probe.densities_at(&places, &mut densities);
+    for (density, _) in densities {
+        if !(density > 0.0) {
+            return None;
+        }
+        largest = largest.max(1.0 / density);
     }
     // Between the places the density may be lower yet.
     Some(1.5 * largest)
