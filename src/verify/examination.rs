@@ -22,6 +22,10 @@ pub enum Against {
     Sampler(u64),
     /// This many points that somebody else drew.
     Points(u64),
+    /// A density that was given for samples which somebody else drew.
+    Given,
+    /// The densities that came with samples which somebody else drew, and nothing else.
+    OwnDensities,
     /// Nothing: relations between the answers to several questions.
     Relations,
 }
@@ -97,7 +101,7 @@ impl Examination {
     /// How many samples against a density would see as much.
     fn worth(&self) -> u64 {
         match self.against {
-            Against::Density | Against::Relations => self.samples,
+            Against::Density | Against::Given | Against::OwnDensities | Against::Relations => self.samples,
             Against::Sampler(others) | Against::Points(others) => {
                 let (a, b) = (self.samples as f64, others as f64);
                 (a * (b / (a + b))) as u64
@@ -137,19 +141,23 @@ impl Examination {
 pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> Examination {
     let start = Instant::now();
     let space = probe.space();
-    let mut expectation = Expectation::new(probe, settings.seed, settings.samples);
+    let mut expectation = Expectation::new(probe, settings.seed, probe.rows_expected(settings.samples));
     let mut bets = if settings.anytime { Bets::new(&expectation) } else { None };
     let stop_at = -settings.stopping_level().ln();
     let tally = tally::draw(probe, &expectation, settings, &mut |tally| {
         settings.anytime && (tally.offends() || bets.as_mut().is_some_and(|bets| bets.look(tally) >= stop_at))
     });
+    if probe.pilots().is_some() {
+        expectation.settle(tally.samples);
+    }
     let wanted = |rests: Rests| match rests {
         Rests::NoCounts | Rests::Quadrature => true,
         Rests::Counts | Rests::ExpectedCounts => !settings.anytime,
     };
     let checks: Vec<_> = BATTERY
         .into_iter()
-        .filter(|check| wanted(check.rests()) && !settings.without.iter().any(|name| name == check.name()))
+        .filter(|check| wanted(check.rests()) && check.needs().met_by(probe))
+        .filter(|check| !settings.without.iter().any(|name| name == check.name()))
         .collect();
     let mut found: Vec<Vec<Finding>> = {
         let case = Case { probe, expectation: &expectation, tally: &tally, settings };
@@ -200,7 +208,12 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
     }
     let case = Case { probe, expectation: &expectation, tally: &tally, settings };
     let diagnosis = if settings.diagnose && findings.iter().any(suspicious) { diagnose(&case) } else { None };
-    let (cells, elsewhere, cell_of_leaf) = goodness::figures(space, &expectation, &tally);
+    let (mut cells, mut elsewhere, cell_of_leaf) = goodness::figures(space, &expectation, &tally);
+    if !probe.has_density() {
+        // The pilots' shares are no expected counts.
+        (cells, elsewhere) = (Vec::new(), Vec::new());
+        expectation.scales.clear();
+    }
     Examination {
         name,
         domain: space.name(),
@@ -218,6 +231,11 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
         anytime: settings.anytime,
         diagnosis,
         time: start.elapsed(),
-        painter: map::painter(probe.space_for_keeps(), expectation.partition, cells, cell_of_leaf),
+        painter: map::painter(
+            probe.space_for_keeps(),
+            expectation.partition,
+            if cells.is_empty() { Vec::new() } else { cells.clone() },
+            if cells.is_empty() { vec![None; cell_of_leaf.len()] } else { cell_of_leaf },
+        ),
     }
 }

@@ -4,7 +4,7 @@
 //! far corner of a lamp seen at a grazing angle). So cells in which the density is 0 here and positive there are cut again by many more samples,
 //! and what even those may have missed is added to the error of the total. None of these samples are the ones that are judged.
 
-use super::probe::Probe;
+use super::probe::{Fate, Probe, each_pilot};
 use crate::domain::{Cell, Groups, Integral, Integrator, Location, Partition, integrate_at_random};
 use crate::random::{fill_unit, stream, unit_f64};
 use std::collections::HashMap;
@@ -45,6 +45,8 @@ pub(super) struct Expectation {
     pub contradiction: Option<String>,
     /// Of a discrete domain: the mass of the entries whose index leaves each remainder, for each of [`MODULI`].
     pub remainders: Vec<Vec<f64>>,
+    /// The largest 1 / density of each leaf's pilots, where there is no density to be asked of.
+    pub largest_weights: Vec<f64>,
 }
 
 /// The marginal distribution along one axis of the chart, at some lines across it.
@@ -79,8 +81,55 @@ pub(super) struct Mass {
 pub(super) const MODULI: [usize; 2] = [64, 61];
 
 impl Expectation {
+    /// What pilots alone say, where there is no density for every point: the cells, and their share of the pilots.
+    fn of_pilots(probe: &dyn Probe, seed: u64, samples: u64) -> Self {
+        let count = probe.pilots().unwrap_or(0);
+        let xi = each_pilot(count, count);
+        let (mut draws, mut values) = (Vec::new(), Vec::new());
+        probe.draw(&xi, usize::MAX, &mut draws, &mut values);
+        draws.retain(|draw| draw.fate == Fate::Drawn);
+        let space = probe.space();
+        let pilots: Vec<Location> = draws.iter().map(|draw| draw.location).collect();
+        let per_leaf = if space.axes() == 0 { 1 } else { PILOTS_PER_LEAF };
+        let partition = Partition::from_pilots(space, pilots, probe.knots(), per_leaf);
+        let none = || vec![0.0_f64; partition.leaves().len()];
+        let (mut shares, mut largest_weights) = (none(), none());
+        for draw in &draws {
+            let leaf = partition.leaf_of(&draw.location);
+            shares[leaf] += 1.0 / count as f64;
+            largest_weights[leaf] = largest_weights[leaf].max(1.0 / draw.density);
+        }
+        let leaves: Vec<Integral> =
+            shares.into_iter().map(|value| Integral { value, ..Integral::default() }).collect();
+        let unknown = Integral { value: f64::NAN, error: f64::NAN, ..Integral::default() };
+        let scales = scales(&partition, &leaves, samples);
+        let _ = seed;
+        Self {
+            partition,
+            leaves,
+            total: unknown,
+            scales,
+            marginals: Vec::new(),
+            contradiction: None,
+            remainders: Vec::new(),
+            largest_weights,
+        }
+    }
+
+    /// Chooses the scales again, for the number of samples that there were after all. The coarsest stays: consecutive samples were counted by it.
+    pub(super) fn settle(&mut self, samples: u64) {
+        let again = scales(&self.partition, &self.leaves, samples.max(1));
+        let coarsest = self.scales.drain(..).next();
+        let finer = again.into_iter().skip(1);
+        self.scales = coarsest.into_iter().chain(finer).collect();
+        self.scales.dedup_by(|a, b| a.cells.len() == b.cells.len());
+    }
+
     /// For `samples` samples to be judged.
     pub(super) fn new(probe: &dyn Probe, seed: u64, samples: u64) -> Self {
+        if !probe.has_density() {
+            return Self::of_pilots(probe, seed, samples);
+        }
         let (space, knots) = (probe.space(), probe.knots());
         let pilots = (samples / PILOTS_SHARE).clamp(PILOTS[0], PILOTS[1]);
         let pilots = locations(probe, seed, "pilot", pilots as usize);
@@ -103,6 +152,7 @@ impl Expectation {
         let mut unseen = 0.0;
         if leaves.iter().any(|leaf| leaf.zeros > 0) {
             let guides = (samples / GUIDES_SHARE).clamp(GUIDES[0], GUIDES[1]) as usize;
+            let guides = probe.pilots().unwrap_or(guides);
             look_again(probe, seed, guides, &partition, &mut leaves, &whole);
             unseen = UNSEEN / guides as f64;
         }
@@ -145,7 +195,8 @@ impl Expectation {
             }
         }
         let scales = scales(&partition, &leaves, samples);
-        Self { partition, leaves, total, scales, marginals, contradiction, remainders }
+        let largest_weights = Vec::new();
+        Self { partition, leaves, total, scales, marginals, contradiction, remainders, largest_weights }
     }
 
     /// Before anybody fails: integrates every leaf again by random points, and widens each error to what the two disagree about. The error
@@ -302,6 +353,11 @@ fn at_random(probe: &dyn Probe, seed: u64, partition: &Partition, leaf: usize, c
 
 /// Where samples of a stream of their own fall.
 pub(super) fn locations(probe: &dyn Probe, seed: u64, purpose: &str, count: usize) -> Vec<Location> {
+    if let Some(pilots) = probe.pilots() {
+        let mut found = Vec::with_capacity(pilots);
+        probe.locate(&each_pilot(pilots, pilots), &mut found);
+        return found;
+    }
     crate::parallel::map(count / SHARD, |shard| {
         let mut rng = stream(seed, purpose, shard as u64);
         let mut xi = vec![0.0; probe.dimensions().max(1) * SHARD];

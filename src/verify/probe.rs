@@ -25,7 +25,7 @@ pub(super) struct Draw {
 }
 
 impl Draw {
-    fn without_point(fate: Fate) -> Self {
+    pub fn without_point(fate: Fate) -> Self {
         Self { fate, location: Location { patch: 0, at: [0.0; 2] }, density: 0.0, asked: 0.0 }
     }
 }
@@ -117,9 +117,49 @@ pub(super) trait Probe: Sync {
     fn known(&self) -> Vec<(&str, f64)>;
     /// Names and values of the densities that a mistaken copy may have.
     fn rivals_at(&self, patch: usize, at: [f64; 2]) -> Vec<(String, f64)>;
+
+    /// What a sample is called, for people.
+    fn called(&self, xi: &[f64]) -> String {
+        format!("xi = {xi:?}")
+    }
+
+    /// Where samples were drawn by somebody else, how many of them are pilots: the variates (i + 1/2) / count, i = 0, 1, …, are them. There is no asking for more then.
+    fn pilots(&self) -> Option<usize> {
+        None
+    }
+
+    /// Makes samples ready to be judged, `count` from `first` on, and returns how many there are.
+    fn load(&self, _first: u64, count: u64) -> u64 {
+        count
+    }
+
+    /// How many samples there will be, about.
+    fn rows_expected(&self, most: u64) -> u64 {
+        most
+    }
+
+    /// Whether any point can be asked for its density.
+    fn has_density(&self) -> bool {
+        true
+    }
+
+    /// Whether a density comes with each sample.
+    fn returns_density(&self) -> bool {
+        true
+    }
+
+    /// Whether the density may be 0 where nobody knows.
+    fn partial(&self) -> bool {
+        false
+    }
 }
 
-/// The one [`Probe`] there is.
+/// The pilots, each once, up to `most`.
+pub(super) fn each_pilot(count: usize, most: usize) -> Vec<f64> {
+    (0..count.min(most)).map(|i| (i as f64 + 0.5) / count as f64).collect()
+}
+
+/// A sampler that can be asked. What was drawn by somebody else is a [`Recording`](super::recording::Recording).
 pub(super) struct Subject<'a, S: Sampler> {
     sampler: &'a S,
     domain: S::Domain,
