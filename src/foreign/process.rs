@@ -197,7 +197,11 @@ impl Process {
 
     fn spawn(&self) -> Result<(Copy, Greeting), ProgramError> {
         let refused = |why: String| ProgramError::Start { command: self.command.clone(), why };
-        let mut child = Command::new(&self.words[0])
+        let mut command = Command::new(&self.words[0]);
+        // Ctrl-C is ours: the program is to answer until we end.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let mut child = command
             .args(&self.words[1..])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

@@ -1,9 +1,11 @@
 //! A running program as a sampler: everything that is asked of samplers in Rust can be asked of it.
 
 use super::process::{Greeting, Process, ProgramError};
-use super::{Convention, Coordinates};
+use super::{Convention, Coordinates, Table};
+use crate::domain::Knots;
 use crate::random::{fill_unit, stream};
 use crate::sampler::{Sample, Sampler};
+use crate::verify::{Row, Rows, RowsError};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -56,7 +58,8 @@ impl Started {
             dimensions,
             has_density,
             failure: Mutex::new(None),
-            failed: Arc::default(),
+            failed: AtomicBool::new(false),
+            stop: Arc::default(),
         };
         program.ask_twice()?;
         Ok(program)
@@ -64,7 +67,7 @@ impl Started {
 }
 
 /// A running program as a [`Sampler`]. Where it fails (dies, hangs, answers nonsense), samples are rejected and densities 0 from then on,
-/// [`stop`](Self::stop) is set, and [`finish`](Self::finish) says why.
+/// and [`finish`](Self::finish) says why.
 ///
 /// ```no_run
 /// use warpcheck::domain::Hemisphere;
@@ -81,13 +84,14 @@ pub struct Program<D> {
     dimensions: usize,
     has_density: bool,
     failure: Mutex<Option<ProgramError>>,
-    failed: Arc<AtomicBool>,
+    failed: AtomicBool,
+    stop: Arc<AtomicBool>,
 }
 
 impl<D: Coordinates> Program<D> {
-    /// Set once the program has failed; for [`Settings::stop`](crate::verify::Settings::stop).
-    pub fn stop(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.failed)
+    /// A flag to set once the program has failed; for [`Settings::stop`](crate::verify::Settings::stop), so that drawing ends then.
+    pub fn stopping(self, stop: Arc<AtomicBool>) -> Self {
+        Self { stop, ..self }
     }
 
     /// The same program under another convention, for a while.
@@ -116,6 +120,7 @@ impl<D: Coordinates> Program<D> {
         let Err(error) = self.process.ask(word, rows, width, each, out) else { return true };
         self.failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
         self.failed.store(true, Ordering::Relaxed);
+        self.stop.store(true, Ordering::Relaxed);
         false
     }
 
@@ -212,5 +217,98 @@ impl<D: Coordinates> Sampler for Program<D> {
 
     fn has_density(&self) -> bool {
         self.has_density
+    }
+}
+
+/// A program's samples with the density of a table. What comes with its samples is its own density, if it has one.
+pub struct WithTable<'a, D> {
+    /// The program.
+    pub program: &'a Program<D>,
+    /// The table.
+    pub table: &'a Table<D>,
+}
+
+impl<D: Coordinates> Sampler for WithTable<'_, D> {
+    type Domain = D;
+
+    fn domain(&self) -> D {
+        self.program.domain()
+    }
+
+    fn dimensions(&self) -> usize {
+        self.program.dimensions
+    }
+
+    fn sample(&self, xi: &[f64]) -> Option<Sample<D::Point>> {
+        let mut out = Vec::new();
+        self.sample_many(xi, &mut out);
+        out.pop().flatten()
+    }
+
+    fn density(&self, point: &D::Point) -> f64 {
+        self.table.density(point)
+    }
+
+    fn sample_many(&self, xi: &[f64], out: &mut Vec<Option<Sample<D::Point>>>) {
+        self.program.sample_many(xi, out);
+        if !self.program.has_density {
+            out.iter_mut().flatten().for_each(|sample| sample.density = self.table.density(&sample.point));
+        }
+    }
+
+    fn knots(&self) -> Knots {
+        self.table.knots()
+    }
+}
+
+/// A program's samples as rows: their numbers in our frame, and 1, or 0 for a sample that was rejected.
+pub struct ProgramRows<'a, D> {
+    program: &'a Program<D>,
+    rng: rand_chacha::ChaCha8Rng,
+    left: u64,
+}
+
+impl<'a, D: Coordinates> ProgramRows<'a, D> {
+    /// So many samples.
+    pub fn new(program: &'a Program<D>, samples: u64, seed: u64) -> Self {
+        Self { program, rng: stream(seed, "program", 0), left: samples }
+    }
+
+    /// What a row says.
+    pub fn row(domain: &D, row: &[f64]) -> Row<D::Point> {
+        let width = row.len() - 1;
+        Row { point: (row[width] != 0.0).then(|| domain.point_of(&row[..width])), density: None, weight: None }
+    }
+}
+
+impl<D: Coordinates> Rows for ProgramRows<'_, D> {
+    fn width(&self) -> usize {
+        self.program.width() + 1
+    }
+
+    fn count(&self) -> Option<u64> {
+        Some(self.left)
+    }
+
+    fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
+        let count = most.min(1 << 14).min(usize::try_from(self.left).unwrap_or(usize::MAX));
+        let mut xi = vec![0.0; count * self.program.dimensions];
+        fill_unit(&mut self.rng, &mut xi);
+        let mut samples = Vec::new();
+        self.program.sample_many(&xi, &mut samples);
+        if self.program.failed.load(Ordering::Relaxed) {
+            self.program.finish()?;
+        }
+        for sample in samples {
+            match sample {
+                Some(sample) => {
+                    self.program.convention.domain.numbers_of(&sample.point, out);
+                    out.push(1.0);
+                }
+                None => out.resize(out.len() + self.width(), 0.0),
+            }
+        }
+        self.left -= count as u64;
+        Ok(count)
     }
 }
