@@ -137,7 +137,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let bar = common::progress(most, "samples");
     bar.set_message(name(arguments));
     let mine = bar.clone();
-    settings.progress = Some(Arc::new(move |drawn| mine.set_position(drawn.samples)));
+    settings.progress = Some(Arc::new(move |drawn| {
+        mine.set_length(drawn.of);
+        mine.set_position(drawn.samples);
+    }));
     let examined = match &arguments.sampler {
         Some(command) => {
             let started = Started::new(command, Duration::from_secs_f64(arguments.timeout))?;

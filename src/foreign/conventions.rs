@@ -12,7 +12,9 @@ use crate::verify::{Diagnosis, Evidence, Examination, Report, RowsError, Setting
 pub const AGAIN: usize = 1 << 16;
 /// Samples of a program that are judged again, and those that only are looked at.
 const PROGRAM_AGAIN: u64 = 1 << 15;
-const GLANCE: usize = 256;
+const GLANCE: usize = 1024;
+/// Frames that are judged, of those under which the rows are likeliest.
+const FRAMES: usize = 4;
 
 /// What samples are held against.
 #[derive(Clone, Copy)]
@@ -62,10 +64,6 @@ pub fn of_samples<D: Coordinates>(
 ) -> Result<Option<Diagnosis>, RowsError> {
     let settings = settings_of(settings);
     let passes = |convention: &Convention<D>, table: Option<&Table<D>>| -> Result<bool, RowsError> {
-        // A frame that puts points outside is not it.
-        if table.is_some() && held.rows(GLANCE).any(|row| convention.domain.locate(&layout.point(convention, row)).is_err()) {
-            return Ok(false);
-        }
         let mut rows = recording(convention.domain.clone(), held.again(), |row| layout.row(convention, row))?;
         rows = rows.partial(given.partial);
         if let Some(table) = table {
@@ -79,20 +77,42 @@ pub fn of_samples<D: Coordinates>(
     let mut found = Vec::new();
     for (words, table) in given.rivals {
         if passes(convention, Some(table))? {
-            found.push((words.clone(), format!("with {words}")));
+            found.push((words.clone(), format!("with {words},")));
         }
     }
     for other in convention.others() {
-        let frame = other.frame != convention.frame;
-        // Without a density of the place, turning the points changes nothing.
-        if frame && given.table.is_none() || !frame && !layout.has_density() {
-            continue;
+        if other.measure != convention.measure && layout.has_density() && passes(&other, given.table)? {
+            found.push(named(&other, false));
         }
-        if passes(&other, given.table)? {
-            found.push(named(&other, frame));
+    }
+    // Without a density of the place, turning the points changes nothing.
+    if let (Some(table), true) = (given.table, found.is_empty()) {
+        for other in likeliest_frames(held, layout, convention, table) {
+            if passes(&other, Some(table))? {
+                found.push(named(&other, true));
+            }
         }
     }
     Ok(diagnosis(found))
+}
+
+/// The frames under which the rows have the largest likelihood (that of the right one is the largest in the mean; Gibbs' inequality).
+fn likeliest_frames<D: Coordinates>(
+    held: &Held,
+    layout: &Layout,
+    convention: &Convention<D>,
+    table: &Table<D>,
+) -> Vec<Convention<D>> {
+    let score = |convention: &Convention<D>| -> f64 {
+        let ln = |row: &[f64]| layout.row(convention, row).point.map_or(0.0, |point| table.density(&point).ln());
+        held.rows(GLANCE).map(ln).sum()
+    };
+    let frames = convention.others().into_iter().filter(|other| other.frame != convention.frame);
+    let mut scored: Vec<(f64, Convention<D>)> = frames.map(|other| (score(&other), other)).collect();
+    scored.retain(|(score, _)| *score > f64::NEG_INFINITY);
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0)); // stable: the likelier one by habit first
+    scored.truncate(FRAMES);
+    scored.into_iter().map(|(_, other)| other).collect()
 }
 
 fn named<D: Coordinates>(other: &Convention<D>, frame: bool) -> (String, String) {
@@ -108,16 +128,18 @@ pub fn of_program<D: Coordinates>(program: &mut Program<D>, settings: &Settings)
     let mut found = Vec::new();
     let mut xi = vec![0.0; GLANCE * program.dimensions()];
     fill_unit(&mut stream(settings.seed, "conventions", 0), &mut xi);
-    for other in own.others() {
-        let frame = other.frame != own.frame;
-        program.under(other.clone());
+    let inside = |program: &Program<D>| {
         let mut samples = Vec::new();
         program.sample_many(&xi, &mut samples);
-        let inside = samples.iter().flatten().all(|s| own.domain.locate(&s.point).is_ok());
-        // On the whole sphere a sampler is as right in one frame as in another.
-        let matters = !frame || own.domain.name() == "hemisphere";
-        if inside && matters && convinces(crate::verify(program).settings(settings.clone()).examine(), &settings) {
-            found.push(named(&other, frame));
+        samples.iter().flatten().all(|s| own.domain.locate(&s.point).is_ok())
+    };
+    // A sampler that stays inside is as right in one frame as in another.
+    let turned = !inside(program);
+    for other in own.others().into_iter().filter(|other| (other.frame != own.frame) == turned) {
+        program.under(other.clone());
+        if inside(program) && convinces(crate::verify(program).settings(settings.clone()).examine(), &settings) {
+            found.push(named(&other, turned));
+            break;
         }
     }
     program.under(own);

@@ -218,6 +218,10 @@ impl<D: Coordinates> Sampler for Program<D> {
     fn has_density(&self) -> bool {
         self.has_density
     }
+
+    fn is_slow(&self) -> bool {
+        true
+    }
 }
 
 /// A program's samples with the density of a table. What comes with its samples is its own density, if it has one.

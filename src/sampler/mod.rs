@@ -165,6 +165,12 @@ pub trait Sampler: Sync {
         true
     }
 
+    /// Whether asking it costs far more than counting what it answers, as it does at the other end of a pipe. Then nobody asks it for what is known
+    /// already.
+    fn is_slow(&self) -> bool {
+        false
+    }
+
     /// Where the density may jump, along the axes of the domain's chart. Helps quadrature; a wrong answer costs
     /// accuracy, which the error estimate then shows.
     fn knots(&self) -> Knots {
@@ -224,6 +230,10 @@ impl<S: Sampler + ?Sized> Sampler for $pointer {
 
     fn cell_mass(&self, cell: &Cell) -> Option<f64> {
         (**self).cell_mass(cell)
+    }
+
+    fn is_slow(&self) -> bool {
+        (**self).is_slow()
     }
 
     fn knots(&self) -> Knots {

@@ -175,9 +175,9 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
         .zip(&found)
         .any(|(check, findings)| on_quadrature(check.rests()) && findings.iter().any(suspicious))
         || bets.as_ref().is_some_and(|bets| suspicious(&bets.finding(&tally)));
-    // Who only counts failures has one where no quadrature is involved.
+    // Who only counts failures, or pays for every question, has one where no quadrature is involved.
     let certain = |finding: &Finding| finding.evidence == Evidence::Certain(Verdict::Fail);
-    let decided = !settings.diagnose
+    let decided = (!settings.diagnose || probe.is_slow())
         && checks
             .iter()
             .zip(&found)
@@ -208,10 +208,11 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
     }
     let case = Case { probe, expectation: &expectation, tally: &tally, settings };
     let diagnosis = if settings.diagnose && findings.iter().any(suspicious) { diagnose(&case) } else { None };
-    let (mut cells, mut elsewhere, cell_of_leaf) = goodness::figures(space, &expectation, &tally);
+    let (mut cells, mut elsewhere, mut cell_of_leaf) = goodness::figures(space, &expectation, &tally);
     if !probe.has_density() {
         // The pilots' shares are no expected counts.
         (cells, elsewhere) = (Vec::new(), Vec::new());
+        cell_of_leaf.fill(None);
         expectation.scales.clear();
     }
     Examination {
@@ -231,11 +232,6 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
         anytime: settings.anytime,
         diagnosis,
         time: start.elapsed(),
-        painter: map::painter(
-            probe.space_for_keeps(),
-            expectation.partition,
-            if cells.is_empty() { Vec::new() } else { cells.clone() },
-            if cells.is_empty() { vec![None; cell_of_leaf.len()] } else { cell_of_leaf },
-        ),
+        painter: map::painter(probe.space_for_keeps(), expectation.partition, cells, cell_of_leaf),
     }
 }

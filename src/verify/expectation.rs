@@ -82,7 +82,7 @@ pub(super) const MODULI: [usize; 2] = [64, 61];
 
 impl Expectation {
     /// What pilots alone say, where there is no density for every point: the cells, and their share of the pilots.
-    fn of_pilots(probe: &dyn Probe, seed: u64, samples: u64) -> Self {
+    fn of_pilots(probe: &dyn Probe, samples: u64) -> Self {
         let count = probe.pilots().unwrap_or(0);
         let xi = each_pilot(count, count);
         let (mut draws, mut values) = (Vec::new(), Vec::new());
@@ -103,7 +103,6 @@ impl Expectation {
             shares.into_iter().map(|value| Integral { value, ..Integral::default() }).collect();
         let unknown = Integral { value: f64::NAN, error: f64::NAN, ..Integral::default() };
         let scales = scales(&partition, &leaves, samples);
-        let _ = seed;
         Self {
             partition,
             leaves,
@@ -128,7 +127,7 @@ impl Expectation {
     /// For `samples` samples to be judged.
     pub(super) fn new(probe: &dyn Probe, seed: u64, samples: u64) -> Self {
         if !probe.has_density() {
-            return Self::of_pilots(probe, seed, samples);
+            return Self::of_pilots(probe, samples);
         }
         let (space, knots) = (probe.space(), probe.knots());
         let pilots = (samples / PILOTS_SHARE).clamp(PILOTS[0], PILOTS[1]);

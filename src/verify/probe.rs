@@ -148,6 +148,11 @@ pub(super) trait Probe: Sync {
         true
     }
 
+    /// Whether to ask costs far more than to count.
+    fn is_slow(&self) -> bool {
+        false
+    }
+
     /// Whether the density may be 0 where nobody knows.
     fn partial(&self) -> bool {
         false
@@ -350,5 +355,9 @@ impl<S: Sampler> Probe for Subject<'_, S> {
         let point = self.domain.point(patch, at).0;
         let own = self.sampler.rivals(&point).into_iter().map(|(name, value)| (name.to_owned(), value));
         own.chain(self.extras.rivals.iter().map(|(name, f)| (name.clone(), f(&point)))).collect()
+    }
+
+    fn is_slow(&self) -> bool {
+        self.sampler.is_slow()
     }
 }

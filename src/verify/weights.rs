@@ -46,7 +46,8 @@ impl Check for Weights {
 
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {
         let mut findings = Vec::new();
-        if case.probe.space().axes() > 0 && case.tally.samples > 0 {
+        // Entries are counted, wherever their masses can be asked.
+        if (case.probe.space().axes() > 0 || !case.probe.has_density()) && case.tally.samples > 0 {
             findings.push(inverse_density(self.name(), case));
         }
         findings.extend(spread(self.name(), case));
