@@ -39,6 +39,8 @@ pub mod domain;
 #[cfg(feature = "render")]
 pub mod estimator;
 pub mod fault;
+#[cfg(feature = "foreign")]
+pub mod foreign;
 pub mod histogram;
 pub mod oracle;
 mod parallel;

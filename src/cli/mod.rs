@@ -2,6 +2,7 @@
 
 mod agree;
 mod calibrate;
+mod check;
 mod common;
 mod converge;
 mod faults;
@@ -28,6 +29,8 @@ struct Cli {
 enum Command {
     /// Check samplers: all that ship, or those named (a family like `phong`, or `phong/50`)
     Verify(verify::Arguments),
+    /// Check a sampler that is not in Rust: its samples from a file or a pipe, or the program itself
+    Check(Box<check::Arguments>),
     /// Measure how often right samplers fail, beside how often they may
     Calibrate(calibrate::Arguments),
     /// Run the battery on broken samplers, each beside its correct twin
@@ -51,6 +54,8 @@ Examples:
   warpcheck                                       verify all that ships, pictures in warpcheck-out/
   warpcheck verify environment --samples 10M      the environment maps only, with more samples
   warpcheck verify --list                         what there is
+  warpcheck check --sampler 'python3 mine.py'     a sampler that is not in Rust (docs/protocol.md)
+  warpcheck check dirs.npy --domain sphere        samples x,y,z,pdf from NumPy
   warpcheck calibrate --runs 1k                   false alarms of right samplers, measured
   warpcheck faults --list                         mistakes, most of them made in public
   warpcheck faults                                what catches them, and after how many samples
@@ -80,6 +85,7 @@ pub fn run() -> ExitCode {
     let result = match cli.command {
         None => verify::run(&verify::Arguments::default()),
         Some(Command::Verify(arguments)) => verify::run(&arguments),
+        Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Calibrate(arguments)) => calibrate::run(&arguments),
         Some(Command::Faults(arguments)) => faults::run(&arguments),
         Some(Command::Stress(arguments)) => stress::run(&arguments),

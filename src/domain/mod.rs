@@ -23,7 +23,7 @@ pub use flat::{Disk, Interval, Square};
 pub use mistake::{Confusion, Factor, Keeps};
 pub(crate) use partition::nearest;
 pub use partition::{Cell, Groups, Knots, Partition};
-pub use quadrature::{Integral, Integrator, integrate_at_random};
+pub use quadrature::{ChartDensity, Integral, Integrator, integrate_at_random};
 pub use surface::{MeshSurface, SurfacePoint, Triangle};
 
 use std::fmt::{Debug, Display};

@@ -39,6 +39,10 @@ impl std::ops::Add for Integral {
     }
 }
 
+/// Densities and Jacobians of the chart at some locations, in their order, into the emptied `out`: many at a time, since what is asked may be at the
+/// other end of a pipe.
+pub type ChartDensity<'a> = dyn Fn(&[Location], &mut Vec<(f64, f64)>) + 'a;
+
 /// Settings of the quadrature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Integrator {
@@ -120,13 +124,16 @@ impl Integrator {
         knots: &Knots,
         density: impl Fn(&D::Point) -> f64,
     ) -> Integral {
-        self.integrate_chart(domain, cell, knots, &Knots::default(), &|patch, at| {
-            let (point, jacobian) = domain.point(patch, at);
-            (density(&point), jacobian)
+        self.integrate_chart(domain, cell, knots, &Knots::default(), &|places, out| {
+            out.clear();
+            out.extend(places.iter().map(|place| {
+                let (point, jacobian) = domain.point(place.patch, place.at);
+                (density(&point), jacobian)
+            }));
         })
     }
 
-    /// As [`integrate`](Self::integrate), of a function of patch and chart coordinates that gives the density and the Jacobian there, first
+    /// As [`integrate`](Self::integrate), of a function that gives density and Jacobian at locations, first
     /// cutting the cell at further lines where something is to be looked for. Compiled once: the call costs little beside what it calls.
     pub fn integrate_chart(
         &self,
@@ -134,14 +141,17 @@ impl Integrator {
         cell: &Cell,
         knots: &Knots,
         grading: &Knots,
-        density: &dyn Fn(usize, [f64; 2]) -> (f64, f64),
+        density: &ChartDensity<'_>,
     ) -> Integral {
         if space.axes() == 0 {
             // Atoms: the integral is a plain sum, and its rounding error at most (count - 1) roundings.
             let mut bad = None;
-            let value = (cell.patches.clone())
-                .map(|patch| {
-                    let value = density(patch, [0.0; 2]).0;
+            let places: Vec<Location> =
+                cell.patches.clone().map(|patch| Location { patch, at: [0.0; 2] }).collect();
+            let mut values = Vec::new();
+            density(&places, &mut values);
+            let value = (cell.patches.clone().zip(values))
+                .map(|(patch, (value, _))| {
                     if !is_density(value) && bad.is_none() {
                         bad = Some((Location { patch, at: [0.0; 2] }, value));
                     }
@@ -152,15 +162,16 @@ impl Integrator {
             let error = evaluations as f64 * f64::EPSILON * value.abs();
             return Integral { value, error, evaluations, zeros: 0, bad };
         }
-        let f = &|patch: usize, at: [f64; 2]| {
-            let (value, jacobian) = density(patch, at);
-            // At a pole, or farther out than numbers go.
-            if jacobian == 0.0 || !jacobian.is_finite() {
-                return (0.0, true);
-            }
-            (value * jacobian, is_density(value))
+        let mut run = Run {
+            density,
+            places: Vec::new(),
+            answers: Vec::new(),
+            values: Vec::new(),
+            axes: space.axes(),
+            evaluations: 0,
+            zeros: 0,
+            bad: None,
         };
-        let mut run = Run { f, axes: space.axes(), evaluations: 0, zeros: 0, bad: None };
         let mut heap = BinaryHeap::new();
         let (mut settled, mut settled_error) = (0.0, 0.0);
         let has_knots = !knots.axes[0].is_empty() || !knots.axes[1].is_empty();
@@ -261,7 +272,7 @@ pub fn integrate_at_random(
     cell: &Cell,
     knots: &Knots,
     grading: &Knots,
-    density: &dyn Fn(usize, [f64; 2]) -> (f64, f64),
+    density: &ChartDensity<'_>,
     uniform: &mut dyn FnMut() -> f64,
 ) -> (f64, f64) {
     const STRATA: usize = 4096;
@@ -274,17 +285,22 @@ pub fn integrate_at_random(
         (1, each.next_multiple_of(2))
     };
     let (mut value, mut variance) = (0.0, 0.0);
+    let (mut places, mut answers) = (Vec::new(), Vec::new());
     for (patch, low, high) in pieces {
         let count = (columns * rows) as f64;
         let size = [(high[0] - low[0]) / rows as f64, (high[1] - low[1]) / columns as f64];
         let area = size[0] * size[1];
         let (mut last, mut sum, mut squares) = (0.0, 0.0, 0.0);
-        for stratum in 0..columns * rows {
+        places.clear();
+        places.extend((0..columns * rows).map(|stratum| {
             let at = [
                 low[0] + (((stratum / columns) as f64) + uniform()) * size[0],
                 low[1] + (((stratum % columns) as f64) + uniform()) * size[1],
             ];
-            let (value, jacobian) = density(patch, at);
+            Location { patch, at }
+        }));
+        density(&places, &mut answers);
+        for (stratum, &(value, jacobian)) in answers.iter().enumerate() {
             let f = if jacobian == 0.0 || !jacobian.is_finite() { 0.0 } else { value * jacobian };
             sum += f;
             if stratum % 2 == 1 {
@@ -300,7 +316,10 @@ pub fn integrate_at_random(
 }
 
 struct Run<'a> {
-    f: &'a dyn Fn(usize, [f64; 2]) -> (f64, bool),
+    density: &'a ChartDensity<'a>,
+    places: Vec<Location>,
+    answers: Vec<(f64, f64)>,
+    values: Vec<f64>,
     axes: usize,
     evaluations: u64,
     zeros: u64,
@@ -312,36 +331,56 @@ fn is_density(value: f64) -> bool {
 }
 
 impl Run<'_> {
+    /// The integrand, density times Jacobian, at some nodes of a rectangle.
+    fn evaluate(
+        &mut self,
+        patch: usize,
+        centre: [f64; 2],
+        half: [f64; 2],
+        nodes: impl Iterator<Item = [f64; 2]>,
+    ) {
+        self.places.clear();
+        self.places.extend(
+            nodes.map(|[x, y]| Location { patch, at: [centre[0] + x * half[0], centre[1] + y * half[1]] }),
+        );
+        (self.density)(&self.places, &mut self.answers);
+        self.evaluations += self.places.len() as u64;
+        self.values.clear();
+        for (place, &(value, jacobian)) in self.places.iter().zip(&self.answers) {
+            // At a pole, or farther out than numbers go.
+            let product = if jacobian == 0.0 || !jacobian.is_finite() { 0.0 } else { value * jacobian };
+            if !(jacobian == 0.0 || !jacobian.is_finite() || is_density(value)) && self.bad.is_none() {
+                self.bad = Some((*place, product));
+            }
+            self.zeros += u64::from(product == 0.0);
+            self.values.push(product);
+        }
+    }
+
     fn measure(&mut self, patch: usize, low: [f64; 2], high: [f64; 2], cheap: bool) -> Piece {
         let half = [0.5 * (high[0] - low[0]), 0.5 * (high[1] - low[1])];
         let centre = [0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])];
-        let mut at = |x: f64, y: f64| {
-            self.evaluations += 1;
-            let at = [centre[0] + x * half[0], centre[1] + y * half[1]];
-            let (value, sound) = (self.f)(patch, at);
-            if !sound && self.bad.is_none() {
-                self.bad = Some((Location { patch, at }, value));
-            }
-            self.zeros += u64::from(value == 0.0);
-            value
-        };
         let (value, error, worst_axis);
         if cheap {
             // Gauss' two points an axis against the midpoint.
             let g = 1.0 / 3.0_f64.sqrt();
             let (midpoint, gauss);
             if self.axes == 1 {
-                midpoint = 2.0 * at(0.0, 0.0);
-                gauss = at(-g, 0.0) + at(g, 0.0);
+                self.evaluate(patch, centre, half, [0.0, -g, g].map(|x| [x, 0.0]).into_iter());
+                midpoint = 2.0 * self.values[0];
+                gauss = self.values[1] + self.values[2];
             } else {
-                midpoint = 4.0 * at(0.0, 0.0);
-                gauss = at(-g, -g) + at(-g, g) + at(g, -g) + at(g, g);
+                let nodes = [[0.0, 0.0], [-g, -g], [-g, g], [g, -g], [g, g]];
+                self.evaluate(patch, centre, half, nodes.into_iter());
+                midpoint = 4.0 * self.values[0];
+                gauss = self.values[1] + self.values[2] + self.values[3] + self.values[4];
             }
             (value, error, worst_axis) = (gauss, (gauss - midpoint).abs(), 0);
         } else if self.axes == 1 {
             let (mut kronrod, mut gauss, mut absolute) = (0.0, 0.0, 0.0);
+            self.evaluate(patch, centre, half, NODES.iter().map(|&x| [x, 0.0]));
             for i in 0..7 {
-                let v = at(NODES[i], 0.0);
+                let v = self.values[i];
                 kronrod += KRONROD[i] * v;
                 gauss += GAUSS[i] * v;
                 absolute += KRONROD[i] * v.abs();
@@ -349,10 +388,12 @@ impl Run<'_> {
             (value, error, worst_axis) = (kronrod, sharpen((kronrod - gauss).abs(), absolute), 0);
         } else {
             let (mut kk, mut gk, mut kg, mut absolute) = (0.0, 0.0, 0.0, 0.0);
+            let nodes = NODES.iter().flat_map(|&x| NODES.iter().map(move |&y| [x, y]));
+            self.evaluate(patch, centre, half, nodes);
             for i in 0..7 {
                 let (mut row_k, mut row_g, mut row_absolute) = (0.0, 0.0, 0.0);
                 for j in 0..7 {
-                    let v = at(NODES[i], NODES[j]);
+                    let v = self.values[7 * i + j];
                     row_k += KRONROD[j] * v;
                     row_g += GAUSS[j] * v;
                     row_absolute += KRONROD[j] * v.abs();

@@ -113,5 +113,8 @@ fn percent(share: f64) -> String {
 }
 
 fn integral((value, error): (f64, f64)) -> String {
+    if value.is_nan() {
+        return "-".to_owned(); // there is no density to integrate
+    }
     format!("{value:.6} +- {error:.0e}")
 }

@@ -136,6 +136,19 @@ pub trait Sampler: Sync {
     /// The density at a point, per the domain's measure.
     fn density(&self, point: &PointOf<Self>) -> f64;
 
+    /// A sample for every [`dimensions`](Self::dimensions) of the variates, in their order, into the emptied `out`. For samplers that answer many
+    /// questions faster than one at a time, such as programs at the other end of a pipe.
+    fn sample_many(&self, xi: &[f64], out: &mut Vec<Option<Sample<PointOf<Self>>>>) {
+        out.clear();
+        out.extend(xi.chunks_exact(self.dimensions().max(1)).map(|xi| self.sample(xi)));
+    }
+
+    /// The density at every point, in their order, into the emptied `out`.
+    fn density_many(&self, points: &[PointOf<Self>], out: &mut Vec<f64>) {
+        out.clear();
+        out.extend(points.iter().map(|point| self.density(point)));
+    }
+
     /// The variates that give `point`, where an inverse exists.
     fn invert(&self, _point: &PointOf<Self>) -> Option<Vec<f64>> {
         None
@@ -178,6 +191,12 @@ pub trait Sampler: Sync {
         true
     }
 
+    /// Whether asking it costs far more than counting what it answers, as it does at the other end of a pipe. Then nobody asks it for what is known
+    /// already.
+    fn is_slow(&self) -> bool {
+        false
+    }
+
     /// Where the density may jump, along the axes of the domain's chart. Helps quadrature; a wrong answer costs
     /// accuracy, which the error estimate then shows.
     fn knots(&self) -> Knots {
@@ -211,6 +230,14 @@ impl<S: Sampler + ?Sized> Sampler for $pointer {
         (**self).density(point)
     }
 
+    fn sample_many(&self, xi: &[f64], out: &mut Vec<Option<Sample<PointOf<Self>>>>) {
+        (**self).sample_many(xi, out);
+    }
+
+    fn density_many(&self, points: &[PointOf<Self>], out: &mut Vec<f64>) {
+        (**self).density_many(points, out);
+    }
+
     fn invert(&self, point: &PointOf<Self>) -> Option<Vec<f64>> {
         (**self).invert(point)
     }
@@ -233,6 +260,10 @@ impl<S: Sampler + ?Sized> Sampler for $pointer {
 
     fn cell_mass(&self, cell: &Cell) -> Option<f64> {
         (**self).cell_mass(cell)
+    }
+
+    fn is_slow(&self) -> bool {
+        (**self).is_slow()
     }
 
     fn knots(&self) -> Knots {

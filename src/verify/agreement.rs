@@ -1,6 +1,6 @@
 //! The density returned with a sample is the density asked at its point.
 
-use super::check::{Case, Check, Rests};
+use super::check::{Case, Check, Needs, Rests};
 use super::finding::{Finding, Verdict};
 
 pub(super) struct Agreement;
@@ -18,6 +18,10 @@ impl Check for Agreement {
         Rests::NoCounts
     }
 
+    fn needs(&self) -> Needs {
+        Needs::TwoDensities
+    }
+
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {
         let found = &case.tally.disagreement;
         vec![match &found.example {
@@ -30,8 +34,8 @@ impl Check for Agreement {
                 self.name(),
                 Verdict::Fail,
                 format!(
-                    "the density returned differs from the density asked for {} of {} samples, at worst by a factor of 1 + {:.2e}: {} (xi = {:?})",
-                    found.wrong, found.asked, found.worst, example.what, example.xi
+                    "the density returned differs from the density asked for {} of {} samples, at worst by a factor of 1 + {:.2e}: {} ({})",
+                    found.wrong, found.asked, found.worst, example.what, example.sample
                 ),
             ),
             None => Finding::certain(

@@ -27,12 +27,40 @@ pub(super) enum Rests {
     ExpectedCounts,
 }
 
+/// What a check can't do without.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Needs {
+    /// Samples.
+    Samples,
+    /// A density for every sample.
+    Weights,
+    /// A density for every point.
+    Density,
+    /// Both, to compare them.
+    TwoDensities,
+    /// Samples for variates of its own choice.
+    Variates,
+}
+
+impl Needs {
+    pub fn met_by(self, probe: &dyn Probe) -> bool {
+        match self {
+            Self::Samples => true,
+            Self::Weights => probe.returns_density() || probe.has_density(),
+            Self::Density => probe.has_density(),
+            Self::TwoDensities => probe.returns_density() && probe.has_density(),
+            Self::Variates => probe.pilots().is_none(),
+        }
+    }
+}
+
 /// One question that is put to a sampler.
 pub(super) trait Check: Sync {
     fn name(&self) -> &'static str;
     /// What it asks, in half a line.
     fn about(&self) -> &'static str;
     fn rests(&self) -> Rests;
+    fn needs(&self) -> Needs;
     /// What it found; nothing where the question doesn't apply.
     fn run(&self, case: &Case<'_>) -> Vec<Finding>;
 }

@@ -1,7 +1,7 @@
 //! Variates where floats break: 0, denormals, the steps of 24, 32 and 53 bits, around 1/2, the largest values under 1, in all combinations; and every knot
 //! of the tables with its neighbours.
 
-use super::check::{Case, Check, Rests};
+use super::check::{Case, Check, Needs, Rests};
 use super::finding::{Finding, Verdict};
 use super::probe::Probe;
 use crate::random::{ONE_MINUS_EPSILON_F32, ONE_MINUS_EPSILON_F64};
@@ -57,6 +57,10 @@ impl Check for Edges {
 
     fn rests(&self) -> Rests {
         Rests::NoCounts
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::Variates
     }
 
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {

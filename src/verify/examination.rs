@@ -22,6 +22,10 @@ pub enum Against {
     Sampler(u64),
     /// This many points that somebody else drew.
     Points(u64),
+    /// A density that was given for samples which somebody else drew.
+    Given,
+    /// The densities that came with samples which somebody else drew, and nothing else.
+    OwnDensities,
     /// Nothing: relations between the answers to several questions.
     Relations,
 }
@@ -97,7 +101,7 @@ impl Examination {
     /// How many samples against a density would see as much.
     fn worth(&self) -> u64 {
         match self.against {
-            Against::Density | Against::Relations => self.samples,
+            Against::Density | Against::Given | Against::OwnDensities | Against::Relations => self.samples,
             Against::Sampler(others) | Against::Points(others) => {
                 let (a, b) = (self.samples as f64, others as f64);
                 (a * (b / (a + b))) as u64
@@ -137,19 +141,23 @@ impl Examination {
 pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> Examination {
     let start = Instant::now();
     let space = probe.space();
-    let mut expectation = Expectation::new(probe, settings.seed, settings.samples);
+    let mut expectation = Expectation::new(probe, settings.seed, probe.rows_expected(settings.samples));
     let mut bets = if settings.anytime { Bets::new(&expectation) } else { None };
     let stop_at = -settings.stopping_level().ln();
     let tally = tally::draw(probe, &expectation, settings, &mut |tally| {
         settings.anytime && (tally.offends() || bets.as_mut().is_some_and(|bets| bets.look(tally) >= stop_at))
     });
+    if probe.pilots().is_some() {
+        expectation.settle(tally.samples);
+    }
     let wanted = |rests: Rests| match rests {
         Rests::NoCounts | Rests::Quadrature => true,
         Rests::Counts | Rests::ExpectedCounts => !settings.anytime,
     };
     let checks: Vec<_> = BATTERY
         .into_iter()
-        .filter(|check| wanted(check.rests()) && !settings.without.iter().any(|name| name == check.name()))
+        .filter(|check| wanted(check.rests()) && check.needs().met_by(probe))
+        .filter(|check| !settings.without.iter().any(|name| name == check.name()))
         .collect();
     let mut found: Vec<Vec<Finding>> = {
         let case = Case { probe, expectation: &expectation, tally: &tally, settings };
@@ -167,9 +175,9 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
         .zip(&found)
         .any(|(check, findings)| on_quadrature(check.rests()) && findings.iter().any(suspicious))
         || bets.as_ref().is_some_and(|bets| suspicious(&bets.finding(&tally)));
-    // Who only counts failures has one where no quadrature is involved.
+    // Who only counts failures, or pays for every question, has one where no quadrature is involved.
     let certain = |finding: &Finding| finding.evidence == Evidence::Certain(Verdict::Fail);
-    let decided = !settings.diagnose
+    let decided = (!settings.diagnose || probe.is_slow())
         && checks
             .iter()
             .zip(&found)
@@ -200,7 +208,13 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
     }
     let case = Case { probe, expectation: &expectation, tally: &tally, settings };
     let diagnosis = if settings.diagnose && findings.iter().any(suspicious) { diagnose(&case) } else { None };
-    let (cells, elsewhere, cell_of_leaf) = goodness::figures(space, &expectation, &tally);
+    let (mut cells, mut elsewhere, mut cell_of_leaf) = goodness::figures(space, &expectation, &tally);
+    if !probe.has_density() {
+        // The pilots' shares are no expected counts.
+        (cells, elsewhere) = (Vec::new(), Vec::new());
+        cell_of_leaf.fill(None);
+        expectation.scales.clear();
+    }
     Examination {
         name,
         domain: space.name(),

@@ -4,7 +4,7 @@
 //! far corner of a lamp seen at a grazing angle). So cells in which the density is 0 here and positive there are cut again by many more samples,
 //! and what even those may have missed is added to the error of the total. None of these samples are the ones that are judged.
 
-use super::probe::Probe;
+use super::probe::{Fate, Probe, each_pilot};
 use crate::domain::{Cell, Groups, Integral, Integrator, Location, Partition, integrate_at_random};
 use crate::random::{fill_unit, stream, unit_f64};
 use std::collections::HashMap;
@@ -45,6 +45,8 @@ pub(super) struct Expectation {
     pub contradiction: Option<String>,
     /// Of a discrete domain: the mass of the entries whose index leaves each remainder, for each of [`MODULI`].
     pub remainders: Vec<Vec<f64>>,
+    /// The largest 1 / density of each leaf's pilots, where there is no density to be asked of.
+    pub largest_weights: Vec<f64>,
 }
 
 /// The marginal distribution along one axis of the chart, at some lines across it.
@@ -79,8 +81,54 @@ pub(super) struct Mass {
 pub(super) const MODULI: [usize; 2] = [64, 61];
 
 impl Expectation {
+    /// What pilots alone say, where there is no density for every point: the cells, and their share of the pilots.
+    fn of_pilots(probe: &dyn Probe, samples: u64) -> Self {
+        let count = probe.pilots().unwrap_or(0);
+        let xi = each_pilot(count, count);
+        let (mut draws, mut values) = (Vec::new(), Vec::new());
+        probe.draw(&xi, usize::MAX, &mut draws, &mut values);
+        draws.retain(|draw| draw.fate == Fate::Drawn);
+        let space = probe.space();
+        let pilots: Vec<Location> = draws.iter().map(|draw| draw.location).collect();
+        let per_leaf = if space.axes() == 0 { 1 } else { PILOTS_PER_LEAF };
+        let partition = Partition::from_pilots(space, pilots, probe.knots(), per_leaf);
+        let none = || vec![0.0_f64; partition.leaves().len()];
+        let (mut shares, mut largest_weights) = (none(), none());
+        for draw in &draws {
+            let leaf = partition.leaf_of(&draw.location);
+            shares[leaf] += 1.0 / count as f64;
+            largest_weights[leaf] = largest_weights[leaf].max(1.0 / draw.density);
+        }
+        let leaves: Vec<Integral> =
+            shares.into_iter().map(|value| Integral { value, ..Integral::default() }).collect();
+        let unknown = Integral { value: f64::NAN, error: f64::NAN, ..Integral::default() };
+        let scales = scales(&partition, &leaves, samples);
+        Self {
+            partition,
+            leaves,
+            total: unknown,
+            scales,
+            marginals: Vec::new(),
+            contradiction: None,
+            remainders: Vec::new(),
+            largest_weights,
+        }
+    }
+
+    /// Chooses the scales again, for the number of samples that there were after all. The coarsest stays: consecutive samples were counted by it.
+    pub(super) fn settle(&mut self, samples: u64) {
+        let again = scales(&self.partition, &self.leaves, samples.max(1));
+        let coarsest = self.scales.drain(..).next();
+        let finer = again.into_iter().skip(1);
+        self.scales = coarsest.into_iter().chain(finer).collect();
+        self.scales.dedup_by(|a, b| a.cells.len() == b.cells.len());
+    }
+
     /// For `samples` samples to be judged.
     pub(super) fn new(probe: &dyn Probe, seed: u64, samples: u64) -> Self {
+        if !probe.has_density() {
+            return Self::of_pilots(probe, samples);
+        }
         let (space, knots) = (probe.space(), probe.knots());
         let pilots = (samples / PILOTS_SHARE).clamp(PILOTS[0], PILOTS[1]);
         let pilots = locations(probe, seed, "pilot", pilots as usize);
@@ -92,7 +140,7 @@ impl Expectation {
         let integrator = Integrator { relative_tolerance, absolute_tolerance: 1e-9, max_evaluations: 20_000 };
         let integrate = |integrator: Integrator, partition: &Partition, leaf: usize, cell: &Cell| {
             let grading = partition.grading(leaf);
-            integrator.integrate_chart(space, cell, knots, &grading, &|patch, at| probe.density_at(patch, at))
+            integrator.integrate_chart(space, cell, knots, &grading, &|places, out| probe.densities_at(places, out))
         };
         // The parts that a line cuts off need no such care: their errors are taken off a distance, not summed up.
         let rough = Integrator { relative_tolerance: 1e-4, absolute_tolerance: 1e-9, max_evaluations: 400 };
@@ -103,6 +151,7 @@ impl Expectation {
         let mut unseen = 0.0;
         if leaves.iter().any(|leaf| leaf.zeros > 0) {
             let guides = (samples / GUIDES_SHARE).clamp(GUIDES[0], GUIDES[1]) as usize;
+            let guides = probe.pilots().unwrap_or(guides);
             look_again(probe, seed, guides, &partition, &mut leaves, &whole);
             unseen = UNSEEN / guides as f64;
         }
@@ -133,8 +182,11 @@ impl Expectation {
         let mut remainders = Vec::new();
         if space.axes() == 0 && space.patches() > PILOTS[0] as usize / 16 {
             remainders = MODULI.map(|modulus| vec![0.0; modulus]).into();
-            for entry in 0..space.patches() {
-                let mass = probe.density_at(entry, [0.0; 2]).0;
+            let entries: Vec<Location> =
+                (0..space.patches()).map(|patch| Location { patch, at: [0.0; 2] }).collect();
+            let mut masses = Vec::new();
+            probe.densities_at(&entries, &mut masses);
+            for (entry, (mass, _)) in masses.into_iter().enumerate() {
                 remainders
                     .iter_mut()
                     .zip(MODULI)
@@ -142,7 +194,8 @@ impl Expectation {
             }
         }
         let scales = scales(&partition, &leaves, samples);
-        Self { partition, leaves, total, scales, marginals, contradiction, remainders }
+        let largest_weights = Vec::new();
+        Self { partition, leaves, total, scales, marginals, contradiction, remainders, largest_weights }
     }
 
     /// Before anybody fails: integrates every leaf again by random points, and widens each error to what the two disagree about. The error
@@ -217,8 +270,9 @@ fn largest_at_samples(probe: &dyn Probe, seed: u64, partition: &Partition) -> Ve
     let mut places = Vec::new();
     probe.locate(&xi, &mut places);
     let mut largest = vec![0.0_f64; partition.leaves().len()];
-    for place in places {
-        let (density, jacobian) = probe.density_at(place.patch, place.at);
+    let mut densities = Vec::new();
+    probe.densities_at(&places, &mut densities);
+    for (place, (density, jacobian)) in places.into_iter().zip(densities) {
         let leaf = &mut largest[partition.leaf_of(&place)];
         *leaf = leaf.max(density * jacobian);
     }
@@ -291,13 +345,18 @@ const SURE: f64 = 3.0;
 fn at_random(probe: &dyn Probe, seed: u64, partition: &Partition, leaf: usize, cell: &Cell) -> (f64, f64) {
     let mut rng = stream(seed, "doubt", leaf as u64);
     let mut uniform = || unit_f64(&mut rng);
-    let density = |patch, at| probe.density_at(patch, at);
+    let density = |places: &[Location], out: &mut Vec<(f64, f64)>| probe.densities_at(places, out);
     let grading = partition.grading(leaf);
     integrate_at_random(probe.space(), cell, probe.knots(), &grading, &density, &mut uniform)
 }
 
 /// Where samples of a stream of their own fall.
 pub(super) fn locations(probe: &dyn Probe, seed: u64, purpose: &str, count: usize) -> Vec<Location> {
+    if let Some(pilots) = probe.pilots() {
+        let mut found = Vec::with_capacity(pilots);
+        probe.locate(&each_pilot(pilots, pilots), &mut found);
+        return found;
+    }
     crate::parallel::map(count / SHARD, |shard| {
         let mut rng = stream(seed, purpose, shard as u64);
         let mut xi = vec![0.0; probe.dimensions().max(1) * SHARD];

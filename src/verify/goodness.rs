@@ -16,7 +16,7 @@
 //!
 //! Coarse cells see a slight error over much of the mass, fine ones a strong error in a small place; their p-values are corrected together.
 
-use super::check::{Case, Check, Rests};
+use super::check::{Case, Check, Needs, Rests};
 use super::expectation::{Expectation, LEAST, MODULI, Mass};
 use super::finding::{Evidence, Finding, Verdict};
 use super::map::CellFigure;
@@ -43,6 +43,10 @@ impl Check for GoodnessOfFit {
 
     fn rests(&self) -> Rests {
         Rests::ExpectedCounts
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::Density
     }
 
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {

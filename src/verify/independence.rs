@@ -2,7 +2,7 @@
 //!
 //! Tables of counts, class by class, are tested against the counts that their own margins give: no expected count enters, so no error of one.
 
-use super::check::{Case, Check, Rests};
+use super::check::{Case, Check, Needs, Rests};
 use super::expectation::{Expectation, LEAST};
 use super::finding::{Evidence, Finding};
 use super::probe::Probe;
@@ -30,17 +30,19 @@ impl Check for Independence {
         Rests::Counts
     }
 
+    fn needs(&self) -> Needs {
+        Needs::Samples
+    }
+
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {
         let classes = classes(case.expectation);
         let tally = case.tally;
         let mut findings = Vec::new();
         findings.extend(table(self.name(), "consecutive samples", &tally.pairs, classes));
-        findings.extend(table(
-            self.name(),
-            "two streams",
-            &streams(case.probe, case.expectation, case.settings.seed),
-            classes,
-        ));
+        if Needs::Variates.met_by(case.probe) {
+            let counts = streams(case.probe, case.expectation, case.settings.seed);
+            findings.extend(table(self.name(), "two streams", &counts, classes));
+        }
         if tally.left_over.iter().any(|&count| count > 0) {
             findings.extend(table(self.name(), "point and variate left over", &tally.left_over, CLASSES));
             let mut margin = vec![0; CLASSES];

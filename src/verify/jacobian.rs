@@ -9,7 +9,7 @@
 //! agree within it. Over many small jumps (texels that nobody named) the differences are those of the average density: so what
 //! bends the density across the step, at the points drawn and between them, counts as error too. A place where no step settles has a jump or a kink within reach, and is skipped and counted. Variates are on a lattice of 2^-20, so that steps are exact in `f32`; a sampler that takes `f64` simply settles at a smaller step.
 
-use super::check::{Case, Check, Rests};
+use super::check::{Case, Check, Needs, Rests};
 use super::expectation::Expectation;
 use super::finding::{Evidence, Finding, Verdict};
 use super::probe::Probe;
@@ -53,6 +53,10 @@ impl Check for JacobianIdentity {
 
     fn rests(&self) -> Rests {
         Rests::NoCounts
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::Variates
     }
 
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {

@@ -5,7 +5,7 @@
 //! The marginal along an axis of the chart is known at the lines that [`Expectation`](super::expectation::Expectation) lays across it. A slow drift
 //! over many cells, each slightly off in the same direction, shows here before it shows in a sum of squares.
 
-use super::check::{Case, Check, Rests};
+use super::check::{Case, Check, Needs, Rests};
 use super::finding::{Evidence, Finding};
 use crate::statistics::{anderson_darling, kolmogorov};
 
@@ -22,6 +22,10 @@ impl Check for Marginals {
 
     fn rests(&self) -> Rests {
         Rests::ExpectedCounts
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::Density
     }
 
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {

@@ -18,6 +18,8 @@
 //! | repeats | equal points are no more frequent than rounding explains |
 //! | sequential | in place of those that count, in a run that stops as soon as it knows |
 //!
+//! Samples that somebody else drew, read from a file or a pipe, are a [`recording`]: the same checks, as far as samples alone allow.
+//!
 //! Without a density, [`compare`] holds two samplers against each other, [`compare_samples`] two sets of points, [`streams`] the streams of a
 //! generator; [`metamorphic`] asks tables what must not change when their input does. Where there is no density at all, [`estimator`] holds a mean
 //! against the truth, and [`film`] asks whether samples are added up rightly.
@@ -44,6 +46,7 @@ mod normalisation;
 mod points;
 mod power;
 mod probe;
+mod recording;
 mod repeats;
 mod report;
 mod round_trip;
@@ -66,6 +69,7 @@ pub use finding::{Evidence, Finding, Verdict};
 pub use map::{CellFigure, ResidualMap};
 pub use points::{PointsError, Samples};
 pub use power::Power;
+pub use recording::{Recording, Row, Rows, RowsError, compare_recordings, recording};
 pub(crate) use report::p_value;
 pub use report::{Conclusion, Report};
 pub use settings::{Drawn, Settings, Verify};

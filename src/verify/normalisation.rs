@@ -1,7 +1,7 @@
 //! The density integrates to 1 less the rejected mass. That it is no more than 1 is certain; whether what is missing was rejected is
 //! a matter of counts, tested with the cells.
 
-use super::check::{Case, Check, Rests};
+use super::check::{Case, Check, Needs, Rests};
 use super::finding::{Finding, Verdict};
 
 /// What `f32` densities may add up to too much.
@@ -20,6 +20,10 @@ impl Check for Normalisation {
 
     fn rests(&self) -> Rests {
         Rests::Quadrature
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::Density
     }
 
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {

@@ -25,7 +25,7 @@ pub(super) struct Draw {
 }
 
 impl Draw {
-    fn without_point(fate: Fate) -> Self {
+    pub fn without_point(fate: Fate) -> Self {
         Self { fate, location: Location { patch: 0, at: [0.0; 2] }, density: 0.0, asked: 0.0 }
     }
 }
@@ -94,6 +94,8 @@ pub(super) trait Probe: Sync {
     fn look(&self, xi: &[f64]) -> Option<Look>;
     /// Density and Jacobian of the chart.
     fn density_at(&self, patch: usize, at: [f64; 2]) -> (f64, f64);
+    /// The same at many locations, into the emptied `out`.
+    fn densities_at(&self, places: &[Location], out: &mut Vec<(f64, f64)>);
     fn describe(&self, patch: usize, at: [f64; 2]) -> String;
     /// The densities a step of `epsilon` around the sample of `xi`.
     fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64>;
@@ -115,9 +117,54 @@ pub(super) trait Probe: Sync {
     fn known(&self) -> Vec<(&str, f64)>;
     /// Names and values of the densities that a mistaken copy may have.
     fn rivals_at(&self, patch: usize, at: [f64; 2]) -> Vec<(String, f64)>;
+
+    /// What a sample is called, for people.
+    fn called(&self, xi: &[f64]) -> String {
+        format!("xi = {xi:?}")
+    }
+
+    /// Where samples were drawn by somebody else, how many of them are pilots: the variates (i + 1/2) / count, i = 0, 1, …, are them. There is no asking for more then.
+    fn pilots(&self) -> Option<usize> {
+        None
+    }
+
+    /// Makes samples ready to be judged, `count` from `first` on, and returns how many there are.
+    fn load(&self, _first: u64, count: u64) -> u64 {
+        count
+    }
+
+    /// How many samples there will be, about.
+    fn rows_expected(&self, most: u64) -> u64 {
+        most
+    }
+
+    /// Whether any point can be asked for its density.
+    fn has_density(&self) -> bool {
+        true
+    }
+
+    /// Whether a density comes with each sample.
+    fn returns_density(&self) -> bool {
+        true
+    }
+
+    /// Whether to ask costs far more than to count.
+    fn is_slow(&self) -> bool {
+        false
+    }
+
+    /// Whether the density may be 0 where nobody knows.
+    fn partial(&self) -> bool {
+        false
+    }
 }
 
-/// The one [`Probe`] there is.
+/// The pilots, each once, up to `most`.
+pub(super) fn each_pilot(count: usize, most: usize) -> Vec<f64> {
+    (0..count.min(most)).map(|i| (i as f64 + 0.5) / count as f64).collect()
+}
+
+/// A sampler that can be asked. What was drawn by somebody else is a [`Recording`](super::recording::Recording).
 pub(super) struct Subject<'a, S: Sampler> {
     sampler: &'a S,
     domain: S::Domain,
@@ -167,11 +214,17 @@ impl<S: Sampler> Probe for Subject<'_, S> {
     fn draw(&self, xi: &[f64], ask: usize, out: &mut Vec<Draw>, values: &mut Vec<f64>) {
         out.clear();
         values.clear();
-        for (i, xi) in self.each(xi).enumerate() {
-            let draw = match self.sampler.sample(xi) {
+        let mut samples = Vec::new();
+        self.sampler.sample_many(xi, &mut samples);
+        let points = samples.iter().step_by(ask).flatten().map(|sample| sample.point.clone());
+        let (points, mut asked) = (points.collect::<Vec<_>>(), Vec::new());
+        self.sampler.density_many(&points, &mut asked);
+        let mut asked = asked.into_iter();
+        for (i, sample) in samples.into_iter().enumerate() {
+            let draw = match sample {
                 None => Draw::without_point(Fate::Rejected),
                 Some(sample) => {
-                    let asked = if i % ask == 0 { self.sampler.density(&sample.point) } else { 0.0 };
+                    let asked = if i % ask == 0 { asked.next().unwrap_or(f64::NAN) } else { 0.0 };
                     for known in &self.extras.known {
                         values.push((known.function)(&sample.point) / sample.density);
                     }
@@ -187,8 +240,9 @@ impl<S: Sampler> Probe for Subject<'_, S> {
     }
 
     fn locate(&self, xi: &[f64], out: &mut Vec<Location>) {
-        let located = |xi| self.domain.locate(&self.sampler.sample(xi)?.point).ok();
-        out.extend(self.each(xi).filter_map(located));
+        let mut samples = Vec::new();
+        self.sampler.sample_many(xi, &mut samples);
+        out.extend(samples.into_iter().flatten().filter_map(|sample| self.domain.locate(&sample.point).ok()));
     }
 
     fn look(&self, xi: &[f64]) -> Option<Look> {
@@ -206,6 +260,15 @@ impl<S: Sampler> Probe for Subject<'_, S> {
         (self.sampler.density(&point), jacobian)
     }
 
+    fn densities_at(&self, places: &[Location], out: &mut Vec<(f64, f64)>) {
+        let points = places.iter().map(|place| self.domain.point(place.patch, place.at));
+        let (points, jacobians): (Vec<_>, Vec<f64>) = points.unzip();
+        let mut densities = Vec::with_capacity(places.len());
+        self.sampler.density_many(&points, &mut densities);
+        out.clear();
+        out.extend(densities.into_iter().zip(jacobians));
+    }
+
     fn describe(&self, patch: usize, at: [f64; 2]) -> String {
         format!("{:?}", self.domain.point(patch, at).0)
     }
@@ -213,7 +276,9 @@ impl<S: Sampler> Probe for Subject<'_, S> {
     fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64> {
         let Some(sample) = self.sampler.sample(xi) else { return Vec::new() };
         let neighbours = self.domain.neighbours(&sample.point, epsilon);
-        neighbours.iter().map(|p| self.sampler.density(p)).collect()
+        let mut densities = Vec::with_capacity(neighbours.len());
+        self.sampler.density_many(&neighbours, &mut densities);
+        densities
     }
 
     fn displacement(&self, from: &[f64], to: &[f64]) -> Option<([f64; 2], f64)> {
@@ -290,5 +355,9 @@ impl<S: Sampler> Probe for Subject<'_, S> {
         let point = self.domain.point(patch, at).0;
         let own = self.sampler.rivals(&point).into_iter().map(|(name, value)| (name.to_owned(), value));
         own.chain(self.extras.rivals.iter().map(|(name, f)| (name.clone(), f(&point)))).collect()
+    }
+
+    fn is_slow(&self) -> bool {
+        self.sampler.is_slow()
     }
 }

@@ -4,9 +4,9 @@
 //! falling into one rounding cell of an `f32` point, which is its measure times the mean density; the number of pairs that agree is then about Poisson (the
 //! birthday problem). More is too few distinct values.
 
-use super::check::{Case, Check, Rests};
+use super::check::{Case, Check, Needs, Rests};
 use super::finding::{Evidence, Finding};
-use super::probe::Fate;
+use super::probe::{Fate, each_pilot};
 use crate::random::{fill_unit, stream};
 use crate::statistics::poisson;
 
@@ -29,6 +29,10 @@ impl Check for Repeats {
         Rests::Counts
     }
 
+    fn needs(&self) -> Needs {
+        Needs::Samples
+    }
+
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {
         let (probe, space) = (case.probe, case.probe.space());
         if space.axes() == 0 {
@@ -36,7 +40,10 @@ impl Check for Repeats {
         }
         let mut rng = stream(case.settings.seed, "repeats", 0);
         let mut xi = vec![0.0; probe.dimensions().max(1) * SAMPLES];
-        fill_unit(&mut rng, &mut xi);
+        match probe.pilots() {
+            None => fill_unit(&mut rng, &mut xi),
+            Some(pilots) => xi = each_pilot(pilots, SAMPLES),
+        }
         let mut draws = Vec::new();
         probe.draw(&xi, usize::MAX, &mut draws, &mut Vec::new());
         draws.retain(|d| d.fate == Fate::Drawn && !space.is_atom(d.location.patch) && d.density.is_finite());

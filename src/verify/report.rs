@@ -125,7 +125,7 @@ impl Display for Report {
             let call = match examination.against {
                 Against::Density => "verify(&sampler)",
                 Against::Sampler(_) => "verify::compare(&first, &second)",
-                Against::Points(_) | Against::Relations => continue, // the points are the caller's
+                Against::Points(_) | Against::Given | Against::OwnDensities | Against::Relations => continue, // the points are the caller's
             };
             writeln!(
                 f,
@@ -143,7 +143,7 @@ impl Report {
         let examination = &self.examinations[sampler];
         let mut by_counts = false;
         let (integral, error) = examination.integral;
-        if examination.against == Against::Density && !integral.is_nan() {
+        if matches!(examination.against, Against::Density | Against::Given) && !integral.is_nan() {
             write!(f, "  the density integrates to {integral:.6} +- {error:.0e}; ")?;
             writeln!(f, "{} of {} samples were rejected", examination.rejected, examination.samples)?;
         }

@@ -2,7 +2,7 @@
 //!
 //! Where the map squeezes variates together (phi at a pole, an `f32` point in a narrow lobe) the variates can't come back, but their point must.
 
-use super::check::{Case, Check, Rests};
+use super::check::{Case, Check, Needs, Rests};
 use super::finding::{Finding, Verdict};
 use crate::random::{fill_unit, stream};
 
@@ -25,6 +25,10 @@ impl Check for RoundTripIdentity {
 
     fn rests(&self) -> Rests {
         Rests::NoCounts
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::Variates
     }
 
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {

@@ -4,7 +4,7 @@
 //! percent of the mass, overlapping freely (Kulldorff, "A spatial scan statistic", Commun. Statist. 26, 1997). They are chosen by the expected masses alone.
 //! The window with the smallest binomial p-value counts, times the number of windows: each size has the same part of the level, and the centres share it.
 
-use super::check::{Case, Check, Rests};
+use super::check::{Case, Check, Needs, Rests};
 use super::finding::{Evidence, Finding};
 use super::goodness::{Count, observed, surprise};
 use crate::domain::{Cell, Location, Space};
@@ -31,6 +31,10 @@ impl Check for Scan {
 
     fn rests(&self) -> Rests {
         Rests::ExpectedCounts
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::Density
     }
 
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {

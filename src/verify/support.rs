@@ -1,6 +1,6 @@
 //! Samples lie where the density is positive; the density is positive wherever the target is.
 
-use super::check::{Case, Check, Rests};
+use super::check::{Case, Check, Needs, Rests};
 use super::finding::{Evidence, Finding, Verdict};
 use crate::domain::Cell;
 
@@ -25,6 +25,10 @@ impl Check for Support {
         Rests::NoCounts
     }
 
+    fn needs(&self) -> Needs {
+        Needs::Samples
+    }
+
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {
         let mut findings = vec![samples(self.name(), case)];
         findings.extend(target(self.name(), case));
@@ -43,8 +47,8 @@ fn samples(check: &'static str, case: &Case<'_>) -> Finding {
     ] {
         if let Some(first) = &offences.first {
             let detail = format!(
-                "{} of {} samples {what}; the first: {} (xi = {:?})",
-                offences.count, tally.samples, first.what, first.xi
+                "{} of {} samples {what}; the first: {} ({})",
+                offences.count, tally.samples, first.what, first.sample
             );
             return Finding::certain(check, Verdict::Fail, detail);
         }

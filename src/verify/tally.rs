@@ -26,7 +26,8 @@ pub(super) const CLASSES: usize = 16;
 /// A sample with something wrong with it.
 #[derive(Clone, Debug)]
 pub(super) struct Offence {
-    pub xi: Vec<f64>,
+    /// Which sample, for people: "xi = [0.5, 0.25]".
+    pub sample: String,
     pub what: String,
 }
 
@@ -38,9 +39,9 @@ pub(super) struct Offences {
 }
 
 impl Offences {
-    fn add(&mut self, xi: &[f64], what: impl FnOnce() -> String) {
+    fn add(&mut self, probe: &dyn Probe, xi: &[f64], what: impl FnOnce() -> String) {
         self.count += 1;
-        self.first.get_or_insert_with(|| Offence { xi: xi.to_vec(), what: what() });
+        self.first.get_or_insert_with(|| Offence { sample: probe.called(xi), what: what() });
     }
 
     fn merge(&mut self, other: Self) {
@@ -183,9 +184,12 @@ pub(super) fn draw(
     while next < shards && !(next > 0 && (settings.stopped() || time_is_up())) {
         // With a time to keep, look at the clock more often.
         let batch = if settings.time.is_some() { BATCH / 8 } else { BATCH }.min(shards - next);
+        let wanted = (batch * SHARD).min(settings.samples - next * SHARD);
+        let loaded = probe.load(next * SHARD, wanted);
+        let batch = loaded.div_ceil(SHARD);
         let tallies = crate::parallel::map(batch as usize, |i| {
             let shard = next + i as u64;
-            let count = SHARD.min(settings.samples - shard * SHARD);
+            let count = SHARD.min(loaded - i as u64 * SHARD);
             draw_shard(probe, expectation, settings.seed, shard, count)
         });
         for tally in tallies {
@@ -197,6 +201,9 @@ pub(super) fn draw(
         next += batch;
         if let Some(progress) = &settings.progress {
             progress(Drawn { samples: total.samples, of: settings.samples });
+        }
+        if loaded < wanted {
+            break;
         }
     }
     total
@@ -212,9 +219,15 @@ fn draw_shard(probe: &dyn Probe, expectation: &Expectation, seed: u64, shard: u6
     let mut counter = Counter::new(probe, expectation);
     let ask = if shard < ASKED_ALWAYS { 1 } else { ASKED_RARELY };
     let mut left = count as usize;
+    let mut next_row = shard * SHARD + 1;
     while left > 0 {
         let xi = &mut xi[..left.min(CHUNK) * dimensions];
-        fill_unit(&mut rng, xi);
+        match probe.pilots() {
+            None => fill_unit(&mut rng, xi),
+            // Rows, by their number plus 1.
+            Some(_) => xi.iter_mut().enumerate().for_each(|(i, xi)| *xi = (next_row + i as u64) as f64),
+        }
+        next_row += xi.len() as u64;
         probe.draw(xi, ask, &mut draws, &mut values);
         expectation.partition.leaves_of(draws.iter().map(|draw| &draw.location), &mut leaves);
         for (i, ((draw, &leaf), xi)) in draws.iter().zip(&leaves).zip(xi.chunks_exact(dimensions)).enumerate()
@@ -262,7 +275,7 @@ impl<'a> Counter<'a> {
                 let why = || self.probe.look(xi).and_then(|l| l.location.err().map(|why| (l.point, why)));
                 tally
                     .outside
-                    .add(xi, || why().map_or_else(String::new, |(p, why)| format!("the point {p} {why}")));
+                    .add(self.probe, xi, || why().map_or_else(String::new, |(p, why)| format!("the point {p} {why}")));
             }
             Fate::Drawn => {
                 let location = &draw.location;
@@ -291,7 +304,7 @@ impl<'a> Counter<'a> {
                     tally.left_over[class * CLASSES + (rest * CLASSES as f64) as usize] += 1;
                 }
                 Some(rest) => {
-                    tally.left_over_outside.add(xi, || format!("the variate left over is {rest}"));
+                    tally.left_over_outside.add(self.probe, xi, || format!("the variate left over is {rest}"));
                 }
                 None => {}
             }
@@ -303,14 +316,14 @@ impl<'a> Counter<'a> {
         let density = draw.density;
         let point = || self.probe.look(xi).map_or_else(String::new, |look| look.point);
         if !(density.is_finite() && density >= 0.0) {
-            tally.invalid.add(xi, || format!("the density at {} is {density}", point()));
+            tally.invalid.add(self.probe, xi, || format!("the density at {} is {density}", point()));
         } else if density == 0.0 {
             self.zero(xi, "the density", tally);
         } else if asked {
             tally.disagreement.asked += 1;
             let asked = draw.asked;
             if !(asked.is_finite() && asked >= 0.0) {
-                tally.invalid.add(xi, || format!("asked for the density at {}, it says {asked}", point()));
+                tally.invalid.add(self.probe, xi, || format!("asked for the density at {}, it says {asked}", point()));
             } else if asked == 0.0 {
                 self.zero(xi, "asked, the density", tally);
             } else if (density - asked).abs() > SLACK * density {
@@ -324,7 +337,7 @@ impl<'a> Counter<'a> {
             tally.on_border += 1;
         } else {
             let point = || self.probe.look(xi).map_or_else(String::new, |look| look.point);
-            tally.unsupported.add(xi, || format!("{what} at {} is 0", point()));
+            tally.unsupported.add(self.probe, xi, || format!("{what} at {} is 0", point()));
         }
     }
 
@@ -347,7 +360,7 @@ impl<'a> Counter<'a> {
             found.worst = relative;
             let point = self.probe.look(xi).map_or_else(String::new, |look| look.point);
             let what = format!("{returned:e} came with the point {point}, where asking gives {asked:e}");
-            found.example = Some(Offence { xi: xi.to_vec(), what });
+            found.example = Some(Offence { sample: self.probe.called(xi), what });
         }
     }
 }

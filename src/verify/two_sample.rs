@@ -17,7 +17,8 @@ use super::map::{self, CellFigure};
 use super::points::{Samples, same};
 use super::report::Report;
 use super::setters::setters;
-use super::settings::Settings;
+use super::probe::{Fate, Probe};
+use super::settings::{Drawn, Settings};
 use super::tally::SHARD;
 use crate::domain::{Cell, Domain, Knots, Location, Partition, Space};
 use crate::random::{fill_unit, stream};
@@ -87,8 +88,10 @@ impl<S: Sampler> Source for Drawing<'_, S> {
     }
 
     fn places(&self, xi: &[f64], out: &mut Vec<Place>) {
+        let mut samples = Vec::new();
+        self.sampler.sample_many(xi, &mut samples);
         out.clear();
-        out.extend(xi.chunks_exact(self.dimensions().max(1)).map(|xi| match self.sampler.sample(xi) {
+        out.extend(samples.into_iter().map(|sample| match sample {
             None => Place::Rejected,
             Some(sample) => self.domain.locate(&sample.point).map_or(Place::Outside, Place::At),
         }));
@@ -244,6 +247,67 @@ impl CompareSamples<'_> {
         let mut examination = case.examine(name, against, self.space);
         examination.time = start.elapsed();
         examination
+    }
+}
+
+/// Recordings as [`compare_samples`] would judge their points, read as they come.
+pub(super) fn examine_recordings(
+    recordings: [&dyn Probe; 2],
+    names: [String; 2],
+    settings: &Settings,
+) -> Examination {
+    let start = Instant::now();
+    let name = format!("{} against {}", names[0], names[1]);
+    let space = recordings[0].space();
+    if !same(space, recordings[1].space()) {
+        return differing(name, space, recordings[1].space(), Against::Points(0));
+    }
+    let pilots = recordings.map(|recording| super::expectation::locations(recording, 0, "pilot", 0));
+    let cells = cut(space, pilots.concat(), &Knots::default());
+    let sides = recordings.map(|recording| count_rows(recording, &cells, settings));
+    let case = Comparison { space, partition: &cells, sides: &sides, names: &names };
+    let mut examination = case.examine(name, Against::Points(0), recordings[0].space_for_keeps());
+    examination.time = start.elapsed();
+    examination
+}
+
+fn count_rows(recording: &dyn Probe, cells: &Partition, settings: &Settings) -> Side {
+    const BATCH: u64 = 64 * SHARD;
+    let (mut total, mut first) = (Side::empty(cells), 0);
+    loop {
+        let wanted = BATCH.min(settings.samples - first);
+        let loaded = recording.load(first, wanted);
+        let counted = crate::parallel::map(loaded.div_ceil(SHARD) as usize, |shard| {
+            let from = first + shard as u64 * SHARD;
+            let rows: Vec<f64> = (from..(from + SHARD).min(first + loaded)).map(|row| row as f64 + 1.0).collect();
+            let (mut draws, mut values) = (Vec::new(), Vec::new());
+            let mut counts = Side::empty(cells);
+            recording.draw(&rows, usize::MAX, &mut draws, &mut values);
+            for (draw, row) in draws.iter().zip(&rows) {
+                match draw.fate {
+                    Fate::Drawn => counts.add(cells, &draw.location),
+                    Fate::Rejected => counts.rejected += 1,
+                    Fate::Outside => {
+                        counts.outside += 1;
+                        counts.first_outside.get_or_insert_with(|| {
+                            let look = recording.look(&[*row]).and_then(|l| l.location.err().map(|why| (l.point, why)));
+                            look.map_or_else(String::new, |(point, why)| {
+                                format!("{}: {point} {why}", recording.called(&[*row]))
+                            })
+                        });
+                    }
+                }
+            }
+            counts
+        });
+        counted.into_iter().for_each(|counts| total.merge(counts));
+        first += loaded;
+        if let Some(progress) = &settings.progress {
+            progress(Drawn { samples: first, of: settings.samples });
+        }
+        if loaded < wanted || first >= settings.samples || settings.stopped() {
+            return total;
+        }
     }
 }
 

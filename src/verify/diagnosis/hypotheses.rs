@@ -204,16 +204,27 @@ impl Collector<'_> {
 
     fn confusion(&mut self, confusion: &Confusion, text: String) {
         let (probe, nodes) = (self.case.probe, &self.nodes.nodes);
-        let value = |node: &Node| -> f64 {
-            (confusion.origins)(&node.location)
-                .into_iter()
-                .map(|from| {
-                    let (density, jacobian) = probe.density_at(from.patch, from.at);
+        // Many at a time: what answers may be at the other end of a pipe.
+        const BLOCK: usize = 256;
+        let block = |block: usize| -> Vec<f64> {
+            let nodes = &nodes[block * BLOCK..nodes.len().min((block + 1) * BLOCK)];
+            let (mut origins, mut answers, mut counts) = (Vec::new(), Vec::new(), Vec::new());
+            for node in nodes {
+                let before = origins.len();
+                origins.extend((confusion.origins)(&node.location));
+                counts.push(origins.len() - before);
+            }
+            probe.densities_at(&origins, &mut answers);
+            let mut answers = answers.into_iter();
+            let value = |(node, count): (&Node, usize)| {
+                let density = |(density, jacobian): (f64, f64)| {
                     charted(density, if confusion.keeps == Keeps::Chart { jacobian } else { node.jacobian })
-                })
-                .sum()
+                };
+                answers.by_ref().take(count).map(density).sum()
+            };
+            nodes.iter().zip(counts).map(value).collect()
         };
-        let values = crate::parallel::map(nodes.len(), |i| value(&nodes[i]));
+        let values = crate::parallel::map(nodes.len().div_ceil(BLOCK), block).concat();
         let leaves = self.nodes.masses_by_index(&|i| values[i]);
         self.push_leaves(confusion.name.to_owned(), text, 0, &leaves, true);
     }

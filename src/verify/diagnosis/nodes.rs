@@ -73,12 +73,17 @@ impl Nodes {
                 let represented = stride.min(cell.patches.end - patch) as f64;
                 for (a, wa) in &first {
                     for (b, wb) in &second {
-                        let at = [*a, *b];
-                        let (density, jacobian) = probe.density_at(patch, at);
+                        let location = Location { patch, at: [*a, *b] };
                         let weight = wa * wb * represented;
-                        nodes.push(Node { location: Location { patch, at }, weight, density, jacobian });
+                        nodes.push(Node { location, weight, density: 0.0, jacobian: 0.0 });
                     }
                 }
+            }
+            let places: Vec<Location> = nodes.iter().map(|node: &Node| node.location).collect();
+            let mut answers = Vec::new();
+            probe.densities_at(&places, &mut answers);
+            for (node, answer) in nodes.iter_mut().zip(answers) {
+                (node.density, node.jacobian) = answer;
             }
             nodes
         });

@@ -1,0 +1,147 @@
+//! Is it only a convention? Before anything else is blamed, the samples are judged again under every other frame and measure that there is, and against every
+//! other reading of the density that was given.
+
+use super::source::Held;
+use super::table::Table;
+use super::{Convention, Coordinates, Layout, Program};
+use crate::random::{fill_unit, stream};
+use crate::sampler::Sampler;
+use crate::verify::{Diagnosis, Evidence, Examination, Report, RowsError, Settings, Verdict, recording};
+
+/// Rows that are judged again.
+pub const AGAIN: usize = 1 << 16;
+/// Samples of a program that are judged again, and those that only are looked at.
+const PROGRAM_AGAIN: u64 = 1 << 15;
+const GLANCE: usize = 1024;
+/// Frames that are judged, of those under which the rows are likeliest.
+const FRAMES: usize = 4;
+
+/// What samples are held against.
+#[derive(Clone, Copy)]
+pub struct Given<'a, D> {
+    /// The density, if there is one beside the column.
+    pub table: Option<&'a Table<D>>,
+    /// Other readings of it, in words.
+    pub rivals: &'a [(String, Table<D>)],
+    /// Whether the density may be 0 where nobody knows.
+    pub partial: bool,
+}
+
+fn settings_of(settings: &Settings) -> Settings {
+    Settings { samples: AGAIN as u64, anytime: false, time: None, diagnose: false, progress: None, stop: None, ..settings.clone() }
+}
+
+/// Whether an examination passes, with an answer of a check that a wrong convention would fail.
+fn convinces(examination: Examination, settings: &Settings) -> bool {
+    let telling = ["chi-square", "weights"];
+    let answered = |e: &Examination| {
+        e.findings.iter().any(|f| telling.contains(&f.check) && matches!(f.evidence, Evidence::Chance { .. }))
+    };
+    answered(&examination) && Report::new(vec![examination], settings).verdict() == Verdict::Pass
+}
+
+fn diagnosis(found: Vec<(String, String)>) -> Option<Diagnosis> {
+    let mut found = found.into_iter();
+    let (name, text) = found.next()?;
+    let alike: Vec<String> = found.map(|(name, _)| name).collect();
+    let mut text = format!("a convention, most likely: {text} nothing is wrong");
+    if !alike.is_empty() {
+        text += &format!(" (or, which looks the same here: {})", alike[..alike.len().min(3)].join("; "));
+    }
+    Some(Diagnosis { name, alike, text, explains: true, gain: 0.0, margin: None, others: Vec::new() })
+}
+
+/// Judges the rows that were kept under other conventions; what makes them pass is the diagnosis.
+///
+/// # Errors
+/// None that reading memory could give.
+pub fn of_samples<D: Coordinates>(
+    held: &Held,
+    layout: &Layout,
+    convention: &Convention<D>,
+    given: Given<'_, D>,
+    settings: &Settings,
+) -> Result<Option<Diagnosis>, RowsError> {
+    let settings = settings_of(settings);
+    let passes = |convention: &Convention<D>, table: Option<&Table<D>>| -> Result<bool, RowsError> {
+        let mut rows = recording(convention.domain.clone(), held.again(), |row| layout.row(convention, row))?;
+        rows = rows.partial(given.partial);
+        if let Some(table) = table {
+            rows = rows.knots(table.knots()).density(|point| table.density(point));
+        }
+        Ok(convinces(rows.examine(&settings)?, &settings))
+    };
+    if passes(convention, given.table)? {
+        return Ok(None); // so few rows don't show what is wrong
+    }
+    let mut found = Vec::new();
+    for (words, table) in given.rivals {
+        if passes(convention, Some(table))? {
+            found.push((words.clone(), format!("with {words},")));
+        }
+    }
+    for other in convention.others() {
+        if other.measure != convention.measure && layout.has_density() && passes(&other, given.table)? {
+            found.push(named(&other, false));
+        }
+    }
+    // Without a density of the place, turning the points changes nothing.
+    if let (Some(table), true) = (given.table, found.is_empty()) {
+        for other in likeliest_frames(held, layout, convention, table) {
+            if passes(&other, Some(table))? {
+                found.push(named(&other, true));
+            }
+        }
+    }
+    Ok(diagnosis(found))
+}
+
+/// The frames under which the rows have the largest likelihood (that of the right one is the largest in the mean; Gibbs' inequality).
+fn likeliest_frames<D: Coordinates>(
+    held: &Held,
+    layout: &Layout,
+    convention: &Convention<D>,
+    table: &Table<D>,
+) -> Vec<Convention<D>> {
+    let score = |convention: &Convention<D>| -> f64 {
+        let ln = |row: &[f64]| layout.row(convention, row).point.map_or(0.0, |point| table.density(&point).ln());
+        held.rows(GLANCE).map(ln).sum()
+    };
+    let frames = convention.others().into_iter().filter(|other| other.frame != convention.frame);
+    let mut scored: Vec<(f64, Convention<D>)> = frames.map(|other| (score(&other), other)).collect();
+    scored.retain(|(score, _)| *score > f64::NEG_INFINITY);
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0)); // stable: the likelier one by habit first
+    scored.truncate(FRAMES);
+    scored.into_iter().map(|(_, other)| other).collect()
+}
+
+fn named<D: Coordinates>(other: &Convention<D>, frame: bool) -> (String, String) {
+    let name = if frame { format!("--frame {}", other.frame) } else { format!("--measure {}", other.measure) };
+    let what = if frame { "the points are read with" } else { "the densities are read with" };
+    (name.clone(), format!("if {what} {name},"))
+}
+
+/// The same for a program that can be asked again.
+pub fn of_program<D: Coordinates>(program: &mut Program<D>, settings: &Settings) -> Option<Diagnosis> {
+    let settings = Settings { samples: PROGRAM_AGAIN, ..settings_of(settings) };
+    let own = program.convention().clone();
+    let mut found = Vec::new();
+    let mut xi = vec![0.0; GLANCE * program.dimensions()];
+    fill_unit(&mut stream(settings.seed, "conventions", 0), &mut xi);
+    let inside = |program: &Program<D>| {
+        let mut samples = Vec::new();
+        program.sample_many(&xi, &mut samples);
+        samples.iter().flatten().all(|s| own.domain.locate(&s.point).is_ok())
+    };
+    // A sampler that stays inside is as right in one frame as in another.
+    let turned = !inside(program);
+    for other in own.others().into_iter().filter(|other| (other.frame != own.frame) == turned) {
+        program.under(other.clone());
+        if inside(program) && convinces(crate::verify(program).settings(settings.clone()).examine(), &settings) {
+            found.push(named(&other, turned));
+            break;
+        }
+    }
+    program.under(own);
+    diagnosis(found)
+}

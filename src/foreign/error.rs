@@ -1,0 +1,121 @@
+//! What is wrong with foreign samples, in sentences that name the row.
+
+/// Why samples can't be read. Rows are numbered from 0.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The operating system would not let us read.
+    #[error("can't read {name}: {why}")]
+    Read {
+        /// File or pipe.
+        name: String,
+        /// What the operating system says.
+        why: String,
+    },
+    /// There is nothing in it.
+    #[error("{name} is empty: there are no samples")]
+    Empty {
+        /// File or pipe.
+        name: String,
+    },
+    /// It ends inside of a row.
+    #[error("{name} ends in the middle of row {row}: {bytes} of its {of} bytes are there")]
+    Truncated {
+        /// File or pipe.
+        name: String,
+        /// The row.
+        row: u64,
+        /// Bytes of it that are there.
+        bytes: usize,
+        /// Bytes that it should have.
+        of: usize,
+    },
+    /// It has fewer rows than its header says.
+    #[error("{name} ends before row {row}, but its header promises {of} rows")]
+    Short {
+        /// File or pipe.
+        name: String,
+        /// The first row that is missing.
+        row: u64,
+        /// Rows promised.
+        of: u64,
+    },
+    /// NaN or infinite.
+    #[error("{name}, row {row}: {column} is {value}; samples must be finite numbers")]
+    NotFinite {
+        /// File or pipe.
+        name: String,
+        /// The row.
+        row: u64,
+        /// The column's name.
+        column: String,
+        /// What it is.
+        value: f64,
+    },
+    /// Bytes in the other order.
+    #[error("{name}, row {row}: {read:?} is no point, but with its bytes in the other order it is {swapped:?}; the byte order is wrong from here on (f32be and f64be are big-endian)")]
+    Swapped {
+        /// File or pipe.
+        name: String,
+        /// The row.
+        row: u64,
+        /// As read.
+        read: Vec<f64>,
+        /// With bytes swapped.
+        swapped: Vec<f64>,
+    },
+    /// A fraction where an index belongs.
+    #[error("{name}, row {row}: {value} is no index; indices are whole numbers from 0")]
+    Index {
+        /// File or pipe.
+        name: String,
+        /// The row.
+        row: u64,
+        /// What it is.
+        value: f64,
+    },
+    /// A field of a text file that is no number.
+    #[error("{name}, row {row} (line {line}): {column} is `{text}`, which is no number")]
+    Field {
+        /// File.
+        name: String,
+        /// The row.
+        row: u64,
+        /// Its line, from 1.
+        line: u64,
+        /// The column's name.
+        column: String,
+        /// What stands there.
+        text: String,
+    },
+    /// A row of a text file with more or fewer fields than the first.
+    #[error("{name}, row {row} (line {line}) has {fields} fields where there should be {of}")]
+    Fields {
+        /// File.
+        name: String,
+        /// The row.
+        row: u64,
+        /// Its line, from 1.
+        line: u64,
+        /// Fields that it has.
+        fields: usize,
+        /// Fields that it should have.
+        of: usize,
+    },
+    /// A header that can't be used.
+    #[error("{name}: {why}")]
+    Header {
+        /// File or array.
+        name: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// Columns that are not what the domain needs.
+    #[error("{name}: {why}")]
+    Columns {
+        /// File or pipe.
+        name: String,
+        /// What is wrong with them.
+        why: String,
+    },
+}

@@ -1,0 +1,397 @@
+//! Where samples come from: which reader a file or pipe needs, what its columns are, and a thread that reads ahead and looks for what can't be samples.
+
+use super::binary::BinaryRows;
+use super::columns::{Columns, Kind, Layout, Number};
+use super::error::ReadError;
+use super::npy::{self, NpyHeader};
+use super::{Convention, Coordinates, npz, text};
+use crate::verify::{Rows, RowsError};
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, sync_channel};
+
+/// A file, or standard input.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A file; what it holds is told by its first bytes.
+    File(PathBuf),
+    /// Standard input.
+    Stdin,
+}
+
+impl Place {
+    /// What messages call it.
+    pub fn name(&self) -> String {
+        match self {
+            Self::File(path) => path.display().to_string(),
+            Self::Stdin => "standard input".to_owned(),
+        }
+    }
+
+    fn open(&self) -> Result<Box<dyn Read + Send>, ReadError> {
+        match self {
+            Self::Stdin => Ok(Box::new(std::io::stdin())),
+            Self::File(path) => match File::open(path) {
+                Ok(file) if path.is_dir() => {
+                    drop(file);
+                    Err(ReadError::Read { name: self.name(), why: "it is a folder".to_owned() })
+                }
+                Ok(file) => Ok(Box::new(file)),
+                Err(error) => Err(ReadError::Read { name: self.name(), why: error.to_string() }),
+            },
+        }
+    }
+}
+
+/// Samples that are being read: rows, read ahead by a thread and found to be finite, and what their columns are.
+pub struct Samples {
+    rows: Ahead,
+    layout: Layout,
+}
+
+/// Rows that a thread hands over at once.
+const BLOCK: usize = 1 << 15;
+
+impl Samples {
+    /// Opens a file or pipe of samples of a domain: `.npy`, `.npz`, text, or bytes if `columns` say how numbers are written.
+    ///
+    /// # Errors
+    /// Where it can't be read, is empty, or has other columns than the domain needs.
+    pub fn open<D: Coordinates>(place: &Place, columns: Option<&Columns>, convention: &Convention<D>) -> Result<Self, ReadError> {
+        let name = place.name();
+        let mut reader = place.open()?;
+        let mut magic = Vec::new();
+        let read = reader.by_ref().take(8).read_to_end(&mut magic);
+        read.map_err(|error| ReadError::Read { name: name.clone(), why: error.to_string() })?;
+        if magic.is_empty() {
+            return Err(ReadError::Empty { name });
+        }
+        let whole = |rest: Box<dyn Read + Send>| -> Box<dyn Read + Send> { Box::new(std::io::Cursor::new(magic.clone()).chain(rest)) };
+        let path = match place {
+            Place::File(path) => Some(path.as_path()),
+            Place::Stdin => None,
+        };
+        let typed = columns.and_then(|columns| columns.numbers.clone());
+        let numbers = typed.clone();
+        let (rows, names) = if magic.starts_with(npy::MAGIC) {
+            let mut reader = whole(reader);
+            let header = NpyHeader::read(&name, &mut reader)?;
+            npy::rows(&name, &header, reader, path)?
+        } else if magic.starts_with(b"PK\x03\x04") || magic.starts_with(b"PK\x05\x06") {
+            let why = "an archive can't be read from a pipe; say a file".to_owned();
+            npz::rows(path.ok_or(ReadError::Read { name: name.clone(), why })?)?
+        } else if let Some(numbers) = numbers {
+            let size = path.and_then(|path| path.metadata().ok()).filter(std::fs::Metadata::is_file).map(|m| m.len());
+            let stride: u64 = numbers.iter().map(|n| n.bytes as u64).sum();
+            // A file that ends inside of a row is to be read up to there.
+            let promised = size.filter(|size| size % stride == 0).map(|size| size / stride);
+            let rows: Box<dyn Rows> = Box::new(BinaryRows::new(&name, whole(reader), numbers, promised));
+            (rows, Vec::new())
+        } else if magic.iter().any(|b| *b == 0 || *b > 126) {
+            let why = "it is neither text nor an array; bytes need --columns with a type, such as x,y,z:f32".to_owned();
+            return Err(ReadError::Columns { name, why });
+        } else {
+            text::rows(&name, whole(reader))?
+        };
+        let names = match columns {
+            Some(columns) => columns.names.clone(),
+            None => named_by_domain(&names, &convention.domain),
+        };
+        let layout = Layout::new(&convention.domain, &names, rows.width())
+            .map_err(|why| ReadError::Columns { name: name.clone(), why })?;
+        let known = if typed.is_some() && !magic.starts_with(npy::MAGIC) { typed } else { None };
+        let check = Check::new(name, convention.clone(), layout.clone(), names, known);
+        Ok(Self { rows: Ahead::new(rows, check), layout })
+    }
+
+    /// What the columns are.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+}
+
+impl Rows for Samples {
+    fn width(&self) -> usize {
+        self.rows.width
+    }
+
+    fn count(&self) -> Option<u64> {
+        self.rows.count
+    }
+
+    fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
+        self.rows.read(most, out)
+    }
+}
+
+/// Columns of an array with two axes in an archive have no names: they are those of the domain's points, in order.
+fn named_by_domain<D: Coordinates>(names: &[String], domain: &D) -> Vec<String> {
+    let mut own = domain.names().iter();
+    let all: Vec<String> = names
+        .iter()
+        .map(|name| if name.is_empty() { own.next().map_or_else(|| "?".to_owned(), |n| (*n).to_owned()) } else { name.clone() })
+        .collect();
+    // Nothing but the array: it may have a density behind the point.
+    if names.iter().all(String::is_empty) { Vec::new() } else { all }
+}
+
+/// Looks for rows that can't be samples.
+struct Check {
+    name: String,
+    used: Vec<usize>,
+    kept: Option<usize>,
+    names: Vec<String>,
+    discrete: Option<usize>,
+    /// Whether a row is a point of the domain, once its bytes are swapped.
+    swapped: Option<Box<dyn Fn(&[f64]) -> Option<Vec<f64>> + Send>>,
+    read: u64,
+}
+
+/// Coordinates beyond these are looked at twice.
+const LARGE: f64 = 1e3;
+const SMALL: f64 = 1e-30;
+
+impl Check {
+    fn new<D: Coordinates>(
+        name: String,
+        convention: Convention<D>,
+        layout: Layout,
+        names: Vec<String>,
+        numbers: Option<Vec<Number>>,
+    ) -> Self {
+        let discrete = (convention.domain.axes() == 0).then(|| layout.point_columns()[0]);
+        let (used, kept) = (layout.used(), layout.kept_column());
+        let bounded = convention.domain.measure().is_finite() && convention.domain.axes() > 1;
+        let swapped = numbers.filter(|n| bounded && n.iter().any(|n| n.kind == Kind::Float)).map(|numbers| {
+            let swap = move |row: &[f64]| -> Option<Vec<f64>> {
+                let columns = layout.point_columns();
+                let odd = |x: f64| x.abs() > LARGE || x != 0.0 && x.abs() < SMALL;
+                if !columns.iter().any(|&c| odd(row[c])) || convention.domain.locate(&layout.point(&convention, row)).is_ok() {
+                    return None;
+                }
+                let other: Vec<f64> = row.iter().zip(&numbers).map(|(&x, n)| n.swapped(x)).collect();
+                let plausible = |x: f64| x == 0.0 || (1e-9..=LARGE).contains(&x.abs());
+                let sound = columns.iter().all(|&c| plausible(other[c]))
+                    && convention.domain.locate(&layout.point(&convention, &other)).is_ok();
+                sound.then(|| columns.iter().map(|&c| other[c]).collect())
+            };
+            Box::new(swap) as Box<dyn Fn(&[f64]) -> Option<Vec<f64>> + Send>
+        });
+        Self { name, used, kept, names, discrete, swapped, read: 0 }
+    }
+
+    fn look(&mut self, rows: &[f64], width: usize) -> Result<(), ReadError> {
+        // Most blocks have nothing odd in them, which is seen faster than where it would be.
+        let odd = |x: &f64| !(x.abs() <= LARGE) || x.abs() < SMALL;
+        if self.discrete.is_none() && !rows.iter().fold(false, |any, x| any | odd(x)) {
+            self.read += (rows.len() / width) as u64;
+            return Ok(());
+        }
+        for row in rows.chunks_exact(width) {
+            self.look_at(row)?;
+            self.read += 1;
+        }
+        Ok(())
+    }
+
+    fn look_at(&self, row: &[f64]) -> Result<(), ReadError> {
+        let name = || self.name.clone();
+        if self.kept.is_some_and(|kept| row[kept] == 0.0) {
+            return Ok(()); // its point is not looked at
+        }
+        if let Some(other) = self.swapped.as_ref().and_then(|swapped| swapped(row)) {
+            return Err(ReadError::Swapped { name: name(), row: self.read, read: row.to_vec(), swapped: other });
+        }
+        if let Some(&column) = self.used.iter().find(|&&c| !row[c].is_finite()) {
+            let label = self.names.get(column).cloned().unwrap_or_else(|| format!("column {column}"));
+            return Err(ReadError::NotFinite { name: name(), row: self.read, column: label, value: row[column] });
+        }
+        if let Some(value) = self.discrete.map(|column| row[column]).filter(|x| x.fract() != 0.0) {
+            return Err(ReadError::Index { name: name(), row: self.read, value });
+        }
+        Ok(())
+    }
+}
+
+/// Rows that a thread reads while others are judged.
+struct Ahead {
+    blocks: Receiver<Result<Vec<f64>, RowsError>>,
+    block: Vec<f64>,
+    at: usize,
+    width: usize,
+    count: Option<u64>,
+    over: bool,
+}
+
+impl Ahead {
+    fn new(mut rows: Box<dyn Rows>, mut check: Check) -> Self {
+        let (width, count) = (rows.width(), rows.count());
+        let (send, blocks) = sync_channel(16);
+        std::thread::spawn(move || {
+            loop {
+                let mut block = Vec::with_capacity(BLOCK * width);
+                // What stands in front of a broken row is judged: the row to be named is the first that is wrong.
+                let read = rows.read(BLOCK, &mut block);
+                let looked = check.look(&block, width);
+                let (ends, answer) = match (looked, read) {
+                    (Err(odd), _) => (true, Err(odd.into())),
+                    (Ok(()), Err(error)) => (true, Err(error)),
+                    (Ok(()), Ok(0)) => break,
+                    (Ok(()), Ok(_)) => (false, Ok(block)),
+                };
+                if send.send(answer).is_err() || ends {
+                    break;
+                }
+            }
+        });
+        Self { blocks, block: Vec::new(), at: 0, width, count, over: false }
+    }
+
+    fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
+        while self.at == self.block.len() {
+            if self.over {
+                return Ok(0);
+            }
+            match self.blocks.recv() {
+                Ok(Ok(block)) => (self.block, self.at) = (block, 0),
+                Ok(Err(error)) => {
+                    self.over = true;
+                    return Err(error);
+                }
+                Err(_) => {
+                    self.over = true;
+                    return Ok(0);
+                }
+            }
+        }
+        let numbers = (most * self.width).min(self.block.len() - self.at);
+        out.extend_from_slice(&self.block[self.at..][..numbers]);
+        self.at += numbers;
+        Ok(numbers / self.width)
+    }
+}
+
+/// Rows held in memory.
+#[derive(Clone, Debug, Default)]
+pub struct Held {
+    numbers: Vec<f64>,
+    width: usize,
+    at: usize,
+}
+
+impl Held {
+    /// The same rows from the first on.
+    pub fn again(&self) -> Self {
+        Self { at: 0, ..self.clone() }
+    }
+
+    /// Some rows, evenly spread.
+    pub(super) fn rows(&self, about: usize) -> impl Iterator<Item = &[f64]> {
+        let step = (self.numbers.len() / self.width / about).max(1);
+        self.numbers.chunks_exact(self.width).step_by(step)
+    }
+}
+
+impl Rows for Held {
+    fn width(&self) -> usize {
+        self.width
+    }
+
+    fn count(&self) -> Option<u64> {
+        Some((self.numbers.len() / self.width) as u64)
+    }
+
+    fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
+        let numbers = (most * self.width).min(self.numbers.len() - self.at);
+        out.extend_from_slice(&self.numbers[self.at..][..numbers]);
+        self.at += numbers;
+        Ok(numbers / self.width)
+    }
+}
+
+/// Rows that are read, of which the first are kept for a second look.
+pub struct Keeping {
+    rows: Samples,
+    kept: std::sync::Arc<std::sync::Mutex<Held>>,
+    most: usize,
+}
+
+impl Keeping {
+    /// Keeps the first `most` rows; they are found in what is returned beside it.
+    pub fn new(rows: Samples, most: usize) -> (Self, std::sync::Arc<std::sync::Mutex<Held>>) {
+        let held = Held { numbers: Vec::new(), width: rows.width(), at: 0 };
+        let kept = std::sync::Arc::new(std::sync::Mutex::new(held));
+        (Self { rows, kept: std::sync::Arc::clone(&kept), most }, kept)
+    }
+}
+
+impl Rows for Keeping {
+    fn width(&self) -> usize {
+        self.rows.width()
+    }
+
+    fn count(&self) -> Option<u64> {
+        self.rows.count()
+    }
+
+    fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
+        let before = out.len();
+        let read = self.rows.read(most, out)?;
+        if self.most > 0 {
+            let keep = read.min(self.most);
+            self.most -= keep;
+            let mut kept = self.kept.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            kept.numbers.extend_from_slice(&out[before..][..keep * self.rows.width()]);
+        }
+        Ok(read)
+    }
+}
+
+/// Reads a place to its end and does nothing with it: what samples through a pipe cost before anybody looks at them. Returns the bytes.
+///
+/// # Errors
+/// Where it can't be read.
+pub fn read_to_nothing(place: &Place) -> Result<u64, ReadError> {
+    let mut reader = place.open()?;
+    let (mut block, mut bytes) = (vec![0; 1 << 18], 0);
+    loop {
+        match reader.read(&mut block) {
+            Ok(0) => return Ok(bytes),
+            Ok(n) => bytes += n as u64,
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(ReadError::Read { name: place.name(), why: error.to_string() }),
+        }
+    }
+}
+
+/// An array of at most two axes, read whole: rows, columns and numbers, row after row.
+///
+/// # Errors
+/// Where it can't be read, or has more axes.
+pub fn read_array(path: &Path) -> Result<(usize, usize, Vec<f64>), ReadError> {
+    let name = path.display().to_string();
+    let mut reader = Place::File(path.to_owned()).open()?;
+    let header = NpyHeader::read(&name, &mut reader)?;
+    let wrong = |why: String| ReadError::Header { name: name.clone(), why };
+    let [(field, number)] = &header.fields[..] else { return Err(wrong("it has fields; a table has none".to_owned())) };
+    let (rows, columns) = match header.shape[..] {
+        [columns] => (1, columns),
+        [rows, columns] => (rows, columns),
+        _ => return Err(wrong(format!("its shape is {:?}; a table has one axis or two", header.shape))),
+    };
+    let count = rows.checked_mul(columns).filter(|n| *n > 0 && *n <= 1 << 30 && field.is_empty());
+    let count = count.ok_or_else(|| wrong(format!("its shape is {:?}, which is no table", header.shape)))?;
+    let mut array = BinaryRows::new(&name, reader, vec![*number], Some(count));
+    let mut numbers = Vec::new();
+    while array.read(BLOCK, &mut numbers).map_err(|error| match error.downcast::<ReadError>() {
+        Ok(error) => *error,
+        Err(error) => wrong(error.to_string()),
+    })? > 0
+    {}
+    let (rows, columns) = (rows as usize, columns as usize);
+    if header.fortran_order && rows > 1 {
+        numbers = (0..rows * columns).map(|i| numbers[(i % columns) * rows + i / columns]).collect();
+    }
+    Ok((rows, columns, numbers))
+}

@@ -1,0 +1,174 @@
+//! A density as a table over a domain, constant in each of its texels.
+//!
+//! Rows and columns follow the domain's chart: on the sphere row 0 begins at theta = 0 and column 0 at phi = 0, as in a lat-long map; on the hemisphere
+//! theta ends at the horizon; on the disk rows are r and columns phi; on the square rows are y, from 0 up, and columns x. An interval and a discrete set have
+//! one row.
+
+use super::{Coordinates, Measure};
+use crate::domain::{Cell, Knots, Location};
+use std::f64::consts::{PI, TAU};
+
+/// What a table can't be made from.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TableError {
+    /// Rows and columns don't fit the domain.
+    #[error("a table of {rows} x {columns} numbers is none over the {domain}: {why}")]
+    Shape {
+        /// Rows.
+        rows: usize,
+        /// Columns.
+        columns: usize,
+        /// The domain.
+        domain: &'static str,
+        /// Why not.
+        why: String,
+    },
+    /// A number that is no density.
+    #[error("row {row}, column {column} of the table is {value}; densities are finite and at least 0")]
+    Texel {
+        /// The row, from 0.
+        row: usize,
+        /// The column, from 0.
+        column: usize,
+        /// What stands there.
+        value: f64,
+    },
+    /// All of it is 0.
+    #[error("all of the table is 0")]
+    Zero,
+}
+
+/// A table of densities.
+#[derive(Clone, Debug)]
+pub struct Table<D> {
+    domain: D,
+    rows: usize,
+    columns: usize,
+    values: Vec<f64>,
+    measure: Measure,
+    integral: f64,
+}
+
+impl<D: Coordinates> Table<D> {
+    /// From numbers row after row, per `measure`.
+    ///
+    /// # Errors
+    /// If the shape is not one of the domain's, or a number is negative, infinite or NaN, or all are 0.
+    pub fn new(domain: D, rows: usize, columns: usize, values: Vec<f64>, measure: Measure) -> Result<Self, TableError> {
+        let shape = |why: &str| TableError::Shape { rows, columns, domain: domain.name(), why: why.to_owned() };
+        match domain.name() {
+            "triangle" => return Err(shape("its chart has no rows and columns that others would use")),
+            "discrete" if rows != 1 || columns != domain.patches() => {
+                return Err(shape(&format!("it has {} entries", domain.patches())));
+            }
+            "interval" if rows != 1 => return Err(shape("it has one row")),
+            "interval" if !domain.measure().is_finite() => return Err(shape("the interval has no end")),
+            _ if rows * columns != values.len() || values.is_empty() => return Err(shape("their number is another")),
+            _ => {}
+        }
+        if let Some(i) = values.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
+            return Err(TableError::Texel { row: i / columns, column: i % columns, value: values[i] });
+        }
+        let mut table = Self { domain, rows, columns, values, measure, integral: 0.0 };
+        table.integral = (0..table.values.len()).map(|i| table.values[i] * table.texel_measure(i / columns, i % columns)).sum();
+        if table.integral > 0.0 { Ok(table) } else { Err(TableError::Zero) }
+    }
+
+    /// The integral.
+    pub fn integral(&self) -> f64 {
+        self.integral
+    }
+
+    /// Divided by its integral.
+    pub fn normalised(mut self) -> Self {
+        let integral = std::mem::replace(&mut self.integral, 1.0);
+        self.values.iter_mut().for_each(|v| *v /= integral);
+        self
+    }
+
+    /// The axes of the chart that rows and columns run along.
+    fn axes(&self) -> [usize; 2] {
+        if matches!(self.domain.name(), "sphere" | "hemisphere" | "disk") { [0, 1] } else { [1, 0] }
+    }
+
+    /// The measure of a texel, in the table's own.
+    fn texel_measure(&self, row: usize, column: usize) -> f64 {
+        if self.domain.axes() == 0 {
+            return if self.measure == Measure::Uniform { 1.0 / self.columns as f64 } else { 1.0 };
+        }
+        let ([down, across], count) = (self.axes(), [self.rows as f64, self.columns as f64]);
+        let mut cell = Cell::whole(&self.domain);
+        (cell.low[down], cell.high[down]) = (row as f64 / count[0], (row + 1) as f64 / count[0]);
+        (cell.low[across], cell.high[across]) = (column as f64 / count[1], (column + 1) as f64 / count[1]);
+        let range = if self.domain.name() == "hemisphere" { 0.5 * PI } else { PI };
+        let part = 1.0 / (count[0] * count[1]);
+        match self.measure {
+            Measure::Uv => part,
+            Measure::ThetaPhi => range * TAU * part,
+            Measure::RPhi => TAU * part,
+            Measure::Uniform => self.domain.cell_measure(&cell) / self.domain.measure(),
+            Measure::ProjectedSolidAngle => {
+                // Half of the sine squared, which turns back at the horizon.
+                let below = |v: f64| {
+                    let theta = range * v;
+                    let half = 0.5 * theta.sin().powi(2);
+                    if theta > 0.5 * PI { 1.0 - half } else { half }
+                };
+                (below(cell.high[0]) - below(cell.low[0])) * TAU / count[1]
+            }
+            _ => self.domain.cell_measure(&cell),
+        }
+    }
+
+    /// The density at a location, per the domain's own measure.
+    pub fn at(&self, location: &Location) -> f64 {
+        let index = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
+        if self.domain.axes() == 0 {
+            return self.values[location.patch] * self.measure.factor(&self.domain, location);
+        }
+        let [down, across] = self.axes();
+        let value = self.values[index(location.at[down], self.rows) * self.columns + index(location.at[across], self.columns)];
+        if value == 0.0 { 0.0 } else { value * self.measure.factor(&self.domain, location) }
+    }
+
+    /// The density at a point, per the domain's own measure; 0 outside.
+    pub fn density(&self, point: &D::Point) -> f64 {
+        self.domain.locate(point).map_or(0.0, |location| self.at(&location))
+    }
+
+    /// The lines between texels.
+    pub fn knots(&self) -> Knots {
+        if self.domain.axes() == 0 {
+            return Knots::default();
+        }
+        let grid = Knots::grid(self.rows, self.columns);
+        let [rows, columns] = grid.axes;
+        Knots { axes: if self.axes() == [0, 1] { [rows, columns] } else { [columns, rows] } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::{Disk, Domain, Hemisphere, Integrator, Interval, Sphere, Square};
+
+    /// The integral of the table in its own measure is that of its density in the domain's.
+    #[test]
+    fn measures_of_texels_fit_the_densities() {
+        fn fits<D: Coordinates + Domain>(domain: D, rows: usize, columns: usize) {
+            for measure in Measure::of(&domain) {
+                let values = (0..rows * columns).map(|i| 1.0 + (i % 5) as f64).collect();
+                let table = Table::new(domain.clone(), rows, columns, values, measure).unwrap().normalised();
+                let integrator = Integrator { relative_tolerance: 1e-7, max_evaluations: 400_000, ..Integrator::default() };
+                let whole = integrator.integrate(&domain, &Cell::whole(&domain), &table.knots(), |p| table.density(p));
+                assert!((whole.value - 1.0).abs() < 1e-5, "{} {measure}: {}", domain.name(), whole.value);
+            }
+        }
+        fits(Sphere, 7, 12);
+        fits(Hemisphere, 6, 5);
+        fits(Disk, 3, 8);
+        fits(Square, 4, 3);
+        fits(Interval::new(-1.0, 2.0), 1, 9);
+    }
+}

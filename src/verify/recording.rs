@@ -1,0 +1,430 @@
+//! Samples that somebody else drew, row by row, as the checks see them.
+//!
+//! The first rows are pilots: they say where cells are cut, and are not judged. The rest streams through a buffer of a million rows or so, however many there are. To
+//! the checks a row is a variate: the number of the row plus 1 for those that are judged, and less than 1 for a pilot, so that what asks
+//! for a few samples of its own is given pilots.
+
+use super::examination::{Against, Examination, examine};
+use super::probe::{Draw, Fate, Look, Probe, RoundTrip};
+use super::settings::Settings;
+use crate::domain::{Cell, Domain, Knots, Location, Space};
+use crate::sampler::Preimage;
+use std::error::Error;
+use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard};
+
+/// What keeps rows from being read.
+pub type RowsError = Box<dyn Error + Send + Sync>;
+
+/// Rows of numbers, one after another: what files and pipes of samples hold.
+pub trait Rows: Send {
+    /// Numbers in a row.
+    fn width(&self) -> usize;
+
+    /// Appends up to `most` rows to `out` and returns how many; 0 at the end.
+    ///
+    /// # Errors
+    /// Names the row that can't be read, or that is none.
+    fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError>;
+
+    /// How many rows there are in all, if that is known beforehand.
+    fn count(&self) -> Option<u64> {
+        None
+    }
+}
+
+/// What a row says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row<P> {
+    /// The point; `None` for a sample that was rejected.
+    pub point: Option<P>,
+    /// The density that the sampler gave with it, if there is a column of them.
+    pub density: Option<f64>,
+    /// f / density of a function that is integrated, if there is a column of it.
+    pub weight: Option<f64>,
+}
+
+/// Pilots, at least and at most; as a share of the rows that are judged between. Of few rows one in eight is a pilot.
+const PILOTS: [u64; 2] = [1 << 14, 1 << 18];
+const PILOTS_SHARE: u64 = 64;
+const FEW_PILOTS_SHARE: u64 = 8;
+/// How many rows are assumed of a pipe whose end nobody knows.
+const ASSUMED: u64 = 100_000_000;
+
+type Judge<'a, P> = Box<dyn Fn(&P) -> f64 + Send + Sync + 'a>;
+
+/// Samples that are being read, and what they are held against.
+pub struct Recording<'a, D: Domain> {
+    domain: D,
+    row: Box<dyn Fn(&[f64]) -> Row<D::Point> + Send + Sync + 'a>,
+    width: usize,
+    columns: Columns,
+    density: Option<Judge<'a, D::Point>>,
+    cell_mass: Option<Box<dyn Fn(&Cell) -> Option<f64> + Send + Sync + 'a>>,
+    knots: Knots,
+    partial: bool,
+    integral: Option<f64>,
+    name: String,
+    pilots: Vec<f64>,
+    rows: Option<u64>,
+    source: Mutex<Source<'a>>,
+    /// The number of the first judged row that is held, and the rows.
+    held: RwLock<(u64, Vec<f64>)>,
+}
+
+/// Which columns there are beside those of the point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Columns {
+    density: bool,
+    weight: bool,
+}
+
+struct Source<'a> {
+    rows: Box<dyn Rows + 'a>,
+    /// Read, but not judged yet.
+    ahead: Vec<f64>,
+    error: Option<RowsError>,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Begins to judge samples that somebody else drew on `domain`: `row` says what each row of numbers means. They must be independent.
+///
+/// Without a [`density`](Recording::density) they are only held against the densities that come with them, by the means of 1 / density over cells.
+///
+/// ```
+/// use warpcheck::domain::Interval;
+/// use warpcheck::verify::{Row, Rows, RowsError, Settings, Verdict, Report, recording};
+///
+/// /// Van der Corput's sequence would be better than chance; these are random.
+/// struct Drawn(std::vec::IntoIter<f64>);
+/// impl Rows for Drawn {
+///     fn width(&self) -> usize { 1 }
+///     fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
+///         let before = out.len();
+///         out.extend(self.0.by_ref().take(most));
+///         Ok(out.len() - before)
+///     }
+/// }
+/// let mut rng = warpcheck::random::stream(1, "drawn", 0);
+/// let drawn: Vec<f64> = (0..50_000).map(|_| warpcheck::random::unit_f64(&mut rng).sqrt()).collect();
+/// let rows = Drawn(drawn.into_iter());
+/// let row = |numbers: &[f64]| Row { point: Some(numbers[0]), density: None, weight: None };
+/// let settings = Settings::default();
+/// let examination = recording(Interval::new(0.0, 1.0), rows, row)?.density(|x| 2.0 * x).name("sqrt").examine(&settings)?;
+/// assert_eq!(Report::new(vec![examination], &settings).verdict(), Verdict::Pass);
+/// # Ok::<(), RowsError>(())
+/// ```
+///
+/// # Errors
+/// Where the first rows can't be read, or there are none.
+pub fn recording<'a, D: Domain>(
+    domain: D,
+    mut rows: impl Rows + 'a,
+    row: impl Fn(&[f64]) -> Row<D::Point> + Send + Sync + 'a,
+) -> Result<Recording<'a, D>, RowsError> {
+    let (width, mut head) = (rows.width(), Vec::new());
+    let mut known = rows.count();
+    let wanted = known.map_or(PILOTS[0], |n| (n / PILOTS_SHARE).clamp(PILOTS[0], PILOTS[1]));
+    // As many rows as make sure that there are enough for pilots, or that there are few.
+    let most = wanted.max(PILOTS[0] * FEW_PILOTS_SHARE) as usize;
+    while head.len() < most * width {
+        if rows.read(most - head.len() / width, &mut head)? == 0 {
+            known = Some((head.len() / width) as u64);
+            break;
+        }
+    }
+    let there = (head.len() / width) as u64;
+    if there == 0 {
+        return Err("there are no samples: not a single row".into());
+    }
+    let pilots = wanted.min((there / FEW_PILOTS_SHARE).max(1)) as usize;
+    let ahead = head.split_off(pilots * width);
+    let first = row(&head[..width]);
+    Ok(Recording {
+        columns: Columns { density: first.density.is_some(), weight: first.weight.is_some() },
+        domain,
+        row: Box::new(row),
+        width,
+        density: None,
+        cell_mass: None,
+        knots: Knots::default(),
+        partial: false,
+        integral: None,
+        name: "samples".to_owned(),
+        pilots: head,
+        rows: known,
+        source: Mutex::new(Source { rows: Box::new(rows), ahead, error: None }),
+        held: RwLock::new((0, Vec::new())),
+    })
+}
+
+impl<'a, D: Domain> Recording<'a, D> {
+    /// What the report calls them.
+    pub fn name(self, name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..self }
+    }
+
+    /// The density that they should have, per the domain's measure.
+    pub fn density(self, density: impl Fn(&D::Point) -> f64 + Send + Sync + 'a) -> Self {
+        Self { density: Some(Box::new(density)), ..self }
+    }
+
+    /// The probability of a cell, where it is known exactly.
+    pub fn cell_mass(self, mass: impl Fn(&Cell) -> Option<f64> + Send + Sync + 'a) -> Self {
+        Self { cell_mass: Some(Box::new(mass)), ..self }
+    }
+
+    /// Where the density may jump, along the axes of the domain's chart.
+    pub fn knots(self, knots: Knots) -> Self {
+        Self { knots, ..self }
+    }
+
+    /// The density may be 0 over parts of the domain that nobody names. Then a mean of 1 / density below a cell's measure says nothing.
+    pub fn partial(self, partial: bool) -> Self {
+        Self { partial, ..self }
+    }
+
+    /// The integral that the mean of the weights must be.
+    pub fn integral(self, integral: Option<f64>) -> Self {
+        Self { integral, ..self }
+    }
+
+    /// Runs the checks that can be made on samples alone.
+    ///
+    /// # Errors
+    /// Where a row can't be read.
+    pub fn examine(&self, settings: &Settings) -> Result<Examination, RowsError> {
+        let left = self.rows.map(|rows| rows - self.pilot_count());
+        let settings = Settings { samples: settings.samples.min(left.unwrap_or(settings.samples)), ..settings.clone() };
+        let mut examination = examine(self, self.name.clone(), &settings);
+        examination.against = if self.density.is_some() { Against::Given } else { Against::OwnDensities };
+        self.error().map_or(Ok(examination), Err)
+    }
+
+    fn error(&self) -> Option<RowsError> {
+        lock(&self.source).error.take()
+    }
+
+    fn pilot_count(&self) -> u64 {
+        (self.pilots.len() / self.width) as u64
+    }
+
+    fn held(&self) -> RwLockReadGuard<'_, (u64, Vec<f64>)> {
+        self.held.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The row that a variate stands for.
+    fn numbers<'x>(&'x self, held: &'x (u64, Vec<f64>), xi: f64) -> &'x [f64] {
+        if xi < 1.0 {
+            let count = self.pilots.len() / self.width;
+            let index = ((xi * count as f64) as usize).min(count - 1);
+            return &self.pilots[index * self.width..][..self.width];
+        }
+        let index = (xi - 1.0 - held.0 as f64) as usize;
+        &held.1[index * self.width..][..self.width]
+    }
+
+    /// The row of a variate, and the density it is to be judged by.
+    fn drawn(&self, held: &(u64, Vec<f64>), xi: f64) -> Option<(D::Point, f64, Option<f64>)> {
+        let row = (self.row)(self.numbers(held, xi));
+        let point = row.point?;
+        let density = row.density.unwrap_or_else(|| self.density_of(&point));
+        Some((point, density, row.weight))
+    }
+
+    fn density_of(&self, point: &D::Point) -> f64 {
+        self.density.as_ref().map_or(f64::NAN, |density| density(point))
+    }
+}
+
+impl<D: Domain> Probe for Recording<'_, D> {
+    fn space(&self) -> &dyn Space {
+        &self.domain
+    }
+
+    fn space_for_keeps(&self) -> Box<dyn Space> {
+        Box::new(self.domain.clone())
+    }
+
+    fn dimensions(&self) -> usize {
+        1
+    }
+
+    fn knots(&self) -> &Knots {
+        &self.knots
+    }
+
+    fn variate_knots(&self, _: usize) -> Vec<f64> {
+        Vec::new()
+    }
+
+    fn draw(&self, xi: &[f64], ask: usize, out: &mut Vec<Draw>, values: &mut Vec<f64>) {
+        out.clear();
+        values.clear();
+        let held = self.held();
+        let with_weight = self.integral.is_some() && self.columns.weight;
+        for (i, &xi) in xi.iter().enumerate() {
+            let (draw, weight) = match self.drawn(&held, xi) {
+                None => (Draw::without_point(Fate::Rejected), 0.0),
+                Some((point, density, weight)) => {
+                    let draw = match self.domain.locate(&point) {
+                        Err(_) => Draw::without_point(Fate::Outside),
+                        Ok(location) => {
+                            let both = i % ask == 0 && self.columns.density && self.density.is_some();
+                            let asked = if both { self.density_of(&point) } else { density };
+                            Draw { fate: Fate::Drawn, location, density, asked }
+                        }
+                    };
+                    (draw, weight.unwrap_or(0.0))
+                }
+            };
+            out.push(draw);
+            if with_weight {
+                values.push(weight);
+            }
+        }
+    }
+
+    fn locate(&self, xi: &[f64], out: &mut Vec<Location>) {
+        let held = self.held();
+        out.extend(xi.iter().filter_map(|&xi| self.domain.locate(&self.drawn(&held, xi)?.0).ok()));
+    }
+
+    fn look(&self, xi: &[f64]) -> Option<Look> {
+        let (point, density, _) = self.drawn(&self.held(), xi[0])?;
+        Some(Look {
+            location: self.domain.locate(&point).map_err(|why| why.0),
+            density,
+            asked: if self.density.is_some() { self.density_of(&point) } else { density },
+            point: format!("{point:?}"),
+        })
+    }
+
+    fn density_at(&self, patch: usize, at: [f64; 2]) -> (f64, f64) {
+        let (point, jacobian) = self.domain.point(patch, at);
+        (self.density_of(&point), jacobian)
+    }
+
+    fn densities_at(&self, places: &[Location], out: &mut Vec<(f64, f64)>) {
+        out.clear();
+        out.extend(places.iter().map(|place| self.density_at(place.patch, place.at)));
+    }
+
+    fn describe(&self, patch: usize, at: [f64; 2]) -> String {
+        format!("{:?}", self.domain.point(patch, at).0)
+    }
+
+    fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64> {
+        let Some((point, ..)) = self.drawn(&self.held(), xi[0]) else { return Vec::new() };
+        let neighbours = self.domain.neighbours(&point, epsilon);
+        if self.density.is_none() { Vec::new() } else { neighbours.iter().map(|p| self.density_of(p)).collect() }
+    }
+
+    fn displacement(&self, _: &[f64], _: &[f64]) -> Option<([f64; 2], f64)> {
+        None
+    }
+
+    fn density_between(&self, _: &[f64], _: &[f64], _: f64) -> Option<f64> {
+        None
+    }
+
+    fn magnitude(&self, _: &[f64]) -> f64 {
+        0.0
+    }
+
+    fn preimages(&self, _: &[f64]) -> Option<Vec<Preimage>> {
+        None
+    }
+
+    fn round_trip(&self, _: &[f64]) -> Option<RoundTrip> {
+        None
+    }
+
+    fn left_over(&self, _: &[f64]) -> Option<f64> {
+        None
+    }
+
+    fn cell_mass(&self, cell: &Cell) -> Option<f64> {
+        self.cell_mass.as_ref().and_then(|mass| mass(cell))
+    }
+
+    fn target_at(&self, _: usize, _: [f64; 2]) -> Option<f64> {
+        None
+    }
+
+    fn importance(&self, _: &[f64]) -> Option<(Vec<f64>, f64)> {
+        None
+    }
+
+    fn known(&self) -> Vec<(&str, f64)> {
+        self.integral.filter(|_| self.columns.weight).map(|integral| ("the column of weights", integral)).into_iter().collect()
+    }
+
+    fn rivals_at(&self, _: usize, _: [f64; 2]) -> Vec<(String, f64)> {
+        Vec::new()
+    }
+
+    fn called(&self, xi: &[f64]) -> String {
+        let row = if xi[0] < 1.0 {
+            (xi[0] * self.pilot_count() as f64) as u64
+        } else {
+            (xi[0] - 1.0) as u64 + self.pilot_count()
+        };
+        format!("row {row}")
+    }
+
+    fn pilots(&self) -> Option<usize> {
+        Some(self.pilots.len() / self.width)
+    }
+
+    fn load(&self, first: u64, count: u64) -> u64 {
+        let mut source = lock(&self.source);
+        let mut held = self.held.write().unwrap_or_else(PoisonError::into_inner);
+        let (width, wanted) = (self.width, count as usize * self.width);
+        held.0 = first;
+        held.1.clear();
+        let ready = source.ahead.len().min(wanted);
+        held.1.extend(source.ahead.drain(..ready));
+        while held.1.len() < wanted && source.error.is_none() {
+            let most = (wanted - held.1.len()) / width;
+            match source.rows.read(most, &mut held.1) {
+                Ok(0) => break,
+                Ok(_) => {}
+                Err(error) => source.error = Some(error),
+            }
+        }
+        (held.1.len() / width) as u64
+    }
+
+    fn rows_expected(&self, most: u64) -> u64 {
+        self.rows.map_or(ASSUMED, |rows| rows - self.pilot_count()).min(most)
+    }
+
+    fn has_density(&self) -> bool {
+        self.density.is_some()
+    }
+
+    fn returns_density(&self) -> bool {
+        self.columns.density
+    }
+
+    fn partial(&self) -> bool {
+        self.partial
+    }
+}
+
+/// Whether two recordings are of one distribution; judged as [`compare_samples`](super::compare_samples) does, but read as they come.
+///
+/// # Errors
+/// Where a row of either can't be read.
+pub fn compare_recordings<D: Domain>(
+    first: &Recording<'_, D>,
+    second: &Recording<'_, D>,
+    settings: &Settings,
+) -> Result<Examination, RowsError> {
+    let names = [first.name.clone(), second.name.clone()];
+    let examination = super::two_sample::examine_recordings([first, second], names, settings);
+    first.error().or_else(|| second.error()).map_or(Ok(examination), Err)
+}

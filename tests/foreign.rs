@@ -1,0 +1,396 @@
+//! Samplers that are not in Rust: right ones pass, broken ones fail, and whatever can't be judged gets a sentence that names the row.
+
+#![cfg(feature = "cli")]
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use warpcheck::random::{fill_unit, stream};
+use warpcheck::sampler::{CosineHemisphere, Sampler, VonMisesFisher};
+
+const PASS: i32 = 0;
+const FAIL: i32 = 1;
+const BAD: i32 = 2;
+
+/// Exit code, standard output, standard error.
+fn check(arguments: &[&str], input: &[u8]) -> (i32, String, String) {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_warpcheck"))
+        .arg("check")
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // It may have seen enough before all of it is written.
+    let mut stdin = child.stdin.take().unwrap();
+    let input = input.to_vec();
+    let writer = std::thread::spawn(move || drop(stdin.write_all(&input)));
+    let output = child.wait_with_output().unwrap();
+    writer.join().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+}
+
+#[track_caller]
+fn expect(code: i32, says: &str, arguments: &[&str], input: &[u8]) {
+    let (found, out, err) = check(arguments, input);
+    assert_eq!(found, code, "{arguments:?}\n{out}\n{err}");
+    assert!(out.contains(says) || err.contains(says), "`{says}` is not said\n{out}\n{err}");
+    if code == BAD {
+        assert_eq!(err.lines().count(), 1, "one sentence: {err}");
+    }
+}
+
+/// Rows of point and density.
+fn rows<S: Sampler>(sampler: &S, count: usize, row: impl Fn(&warpcheck::sampler::Sample<warpcheck::sampler::PointOf<S>>) -> Vec<f64>) -> Vec<Vec<f64>> {
+    let mut rng = stream(1, "foreign", 0);
+    let mut xi = vec![0.0; sampler.dimensions()];
+    (0..count)
+        .map(|_| {
+            fill_unit(&mut rng, &mut xi);
+            row(&sampler.sample(&xi).unwrap())
+        })
+        .collect()
+}
+
+fn cosine(count: usize) -> Vec<Vec<f64>> {
+    rows(&CosineHemisphere, count, |s| vec![s.point.x, s.point.y, s.point.z, s.density])
+}
+
+fn f32s(rows: &[Vec<f64>]) -> Vec<u8> {
+    rows.iter().flatten().flat_map(|x| (*x as f32).to_le_bytes()).collect()
+}
+
+fn text(rows: &[Vec<f64>], names: &str) -> String {
+    let line = |row: &Vec<f64>| row.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+    format!("{names}\n{}\n", rows.iter().map(line).collect::<Vec<_>>().join("\n"))
+}
+
+/// An array as NumPy writes it.
+fn npy(descr: &str, fortran: bool, shape: &str, body: &[u8]) -> Vec<u8> {
+    let fortran = if fortran { "True" } else { "False" };
+    let descr = if descr.starts_with('[') { descr.to_owned() } else { format!("'{descr}'") };
+    let mut header = format!("{{'descr': {descr}, 'fortran_order': {fortran}, 'shape': {shape}, }}");
+    header += &" ".repeat(63 - (10 + header.len()) % 64);
+    header.push('\n');
+    let mut all = b"\x93NUMPY\x01\x00".to_vec();
+    all.extend((header.len() as u16).to_le_bytes());
+    all.extend(header.bytes());
+    all.extend(body);
+    all
+}
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn file(&self, name: &str, content: impl AsRef<[u8]>) -> String {
+        let path = self.0.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        path.to_str().unwrap().to_owned()
+    }
+}
+
+/// A cosine lobe as a table per uv: cos theta / pi times the sine and pi^2, at the centres of many rows.
+fn cosine_table(folder: &Folder) -> String {
+    let rows = 256;
+    let value = |row: usize| {
+        let theta = 0.5 * std::f64::consts::PI * (row as f64 + 0.5) / rows as f64;
+        theta.cos() * theta.sin()
+    };
+    let body: Vec<u8> = (0..rows).flat_map(|row| value(row).to_le_bytes()).collect();
+    folder.file("cosine.npy", npy("<f8", false, &format!("({rows}, 1)"), &body))
+}
+
+#[test]
+fn a_column_of_densities_is_enough() {
+    let right = f32s(&cosine(100_000));
+    let arguments = ["--domain", "hemisphere", "--columns", "x,y,z,pdf:f32"];
+    expect(PASS, "1 of 1 samplers pass", &arguments, &right);
+    let wrong: Vec<Vec<f64>> = cosine(100_000).into_iter().map(|r| vec![r[0], r[1], r[2], 1.05 * r[3]]).collect();
+    expect(FAIL, "weights (1 / density)", &arguments, &f32s(&wrong));
+}
+
+#[test]
+fn every_format_reads_the_same_samples() {
+    let folder = Folder::new();
+    let samples = cosine(40_000);
+    let columns: Vec<Vec<f64>> = (0..4).map(|c| samples.iter().map(|row| row[c]).collect()).collect();
+    let bytes_of = |column: &[f64], big: bool| -> Vec<u8> {
+        column.iter().flat_map(|x| if big { x.to_be_bytes() } else { x.to_le_bytes() }).collect()
+    };
+    let f64s: Vec<u8> = bytes_of(&samples.concat(), false);
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    let stored = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    let deflated = stored.compression_method(zip::CompressionMethod::Deflated);
+    let points: Vec<f64> = samples.iter().flat_map(|row| row[..3].to_vec()).collect();
+    archive.start_file("points.npy", deflated).unwrap();
+    archive.write_all(&npy("<f8", false, "(40000, 3)", &bytes_of(&points, false))).unwrap();
+    archive.start_file("pdf.npy", stored).unwrap();
+    archive.write_all(&npy(">f8", false, "(40000,)", &bytes_of(&columns[3], true))).unwrap();
+    let archive = archive.finish().unwrap().into_inner();
+    let fields = "[('x', '<f8'), ('y', '<f8'), ('z', '<f8'), ('pdf', '<f8')]";
+    let files = [
+        folder.file("c.npy", npy("<f8", false, "(40000, 4)", &f64s)),
+        folder.file("f32.npy", npy("<f4", false, "(40000, 4)", &f32s(&samples))),
+        folder.file("big.npy", npy(">f8", false, "(40000, 4)", &bytes_of(&samples.concat(), true))),
+        folder.file("fortran.npy", npy("<f8", true, "(40000, 4)", &bytes_of(&columns.concat(), false))),
+        folder.file("record.npy", npy(fields, false, "(40000,)", &f64s)),
+        folder.file("both.npz", archive),
+        folder.file("comma.csv", text(&samples, "x,y,z,pdf")),
+        folder.file("blanks.txt", text(&samples, "# as numpy.savetxt writes it").replace(',', " ")),
+    ];
+    let mut said = Vec::new();
+    for file in &files {
+        let (code, out, err) = check(&[file, "--domain", "hemisphere", "--name", "cosine", "--without", "repeats"], &[]);
+        assert_eq!(code, PASS, "{file}\n{out}\n{err}");
+        // All but the time.
+        said.push((file, out.lines().nth(1).unwrap().rsplit_once("  ").unwrap().0.trim_end().to_owned()));
+    }
+    for (file, line) in &said {
+        if !file.contains("f32") {
+            assert_eq!(line, &said[0].1, "{file}");
+        }
+    }
+    // A pipe is as good as a file, but for what has to be read out of order.
+    expect(PASS, "1 of 1", &["--domain", "hemisphere"], &std::fs::read(&files[0]).unwrap());
+    expect(BAD, "Fortran order", &["--domain", "hemisphere"], &std::fs::read(&files[3]).unwrap());
+}
+
+#[test]
+fn what_is_malformed_is_named_by_its_row() {
+    let good = cosine(5_000);
+    let raw = ["--domain", "hemisphere", "--columns", "x,y,z,pdf:f32"];
+    expect(BAD, "standard input is empty: there are no samples", &raw, &[]);
+    let mut short = f32s(&good);
+    short.truncate(16 * 4321 + 6);
+    expect(BAD, "standard input ends in the middle of row 4321: 6 of its 16 bytes are there", &raw, &short);
+    let mut nan = good.clone();
+    nan[1234][1] = f64::NAN;
+    expect(BAD, "standard input, row 1234: y is NaN", &raw, &f32s(&nan));
+    nan[1234][1] = 0.1;
+    nan[777][3] = f64::INFINITY;
+    expect(BAD, "standard input, row 777: pdf is inf", &raw, &f32s(&nan));
+    let mut mixed = f32s(&good);
+    mixed[16 * 2000..].as_chunks_mut::<4>().0.iter_mut().for_each(|word| word.reverse());
+    expect(BAD, "standard input, row 2000: ", &raw, &mixed);
+    expect(BAD, "the byte order is wrong from here on", &raw, &mixed);
+
+    let folder = Folder::new();
+    let csv = |edit: &dyn Fn(&mut Vec<String>)| {
+        let mut lines: Vec<String> = text(&good, "x,y,z,pdf").lines().map(str::to_owned).collect();
+        edit(&mut lines);
+        folder.file("edited.csv", lines.join("\n"))
+    };
+    let hemisphere = |file: &str, says: &str| expect(BAD, says, &[file, "--domain", "hemisphere"], &[]);
+    hemisphere(&csv(&|l| l[100] = "0.1,0.2,oops,0.3".into()), "row 99 (line 101): z is `oops`, which is no number");
+    hemisphere(&csv(&|l| l[200] = "0.1,0.2".into()), "row 199 (line 201) has 2 fields where there should be 4");
+    hemisphere(&csv(&|l| l[300] = "0,0,NaN,0.3".into()), "row 299: z is NaN");
+    hemisphere(&csv(&|l| l.truncate(1)), "is empty: there are no samples");
+    hemisphere(&csv(&|l| l[0] = "x,y,z,density".into()), "nobody knows what the column `density` is");
+    let whole = npy("<f4", false, "(5000, 4)", &f32s(&good));
+    hemisphere(&folder.file("short.npy", &whole[..whole.len() - 160]), "ends before row 4990, but its header promises 5000 rows");
+    hemisphere(&folder.file("cut.npy", &whole[..whole.len() - 5]), "ends in the middle of row 4999");
+    hemisphere(&folder.file("header.npy", &whole[..50]), "it ends inside of the header");
+    hemisphere(&folder.file("axes.npy", npy("<f4", false, "(5, 4, 2)", &[0; 160])), "its shape is [5, 4, 2]; samples are rows");
+    hemisphere(&folder.file("half.npy", npy("<f2", false, "(5, 4)", &[0; 40])), "its type is `<f2`; f4, f8 and integers can be read");
+    hemisphere(&folder.file("none.npy", npy("<f4", false, "(0, 4)", &[])), "is empty");
+    hemisphere(&folder.file("wide.npy", npy("<f4", false, "(2, 6)", &[0; 48])), "there are 6 columns; say which with --columns");
+    hemisphere(&folder.file("bytes.bin", f32s(&good)), "it is neither text nor an array");
+    hemisphere("no-such-file.npy", "can't read no-such-file.npy");
+    hemisphere(&folder.file("bad.npz", b"PK\x03\x04 and nothing else"), "bad.npz");
+    let index = folder.file("index.csv", "i,pdf\n0,0.5\n1,0.5\n0.5,0.5\n");
+    expect(BAD, "row 2: 0.5 is no index", &[&index, "--domain", "discrete:2"], &[]);
+    let points = folder.file("points.csv", text(&good, "x,y,z,_"));
+    expect(BAD, "there is nothing to hold the samples against", &[&points, "--domain", "hemisphere"], &[]);
+    expect(BAD, "say with --domain", &[&points], &[]);
+    expect(BAD, "have no frame", &[&points, "--domain", "square", "--frame", "y-up"], &[]);
+    expect(BAD, "densities are per area, uv, uniform", &[&points, "--domain", "square", "--measure", "solid-angle"], &[]);
+    let negative = folder.file("negative.npy", npy("<f8", false, "(1, 2)", &[1.0_f64, -1.0].map(f64::to_le_bytes).concat()));
+    expect(BAD, "row 0, column 1 of the table is -1", &[&points, "--domain", "hemisphere", "--density", &negative], &[]);
+}
+
+#[test]
+fn points_outside_and_impossible_densities_fail_by_their_row() {
+    let raw = ["--domain", "hemisphere", "--columns", "x,y,z,pdf:f32"];
+    let mut samples = cosine(30_000);
+    samples[20_000] = vec![0.6, 0.0, -0.8, 0.1];
+    expect(FAIL, "1 of 26250 samples are outside of the domain", &raw, &f32s(&samples));
+    expect(FAIL, "(row 20000)", &raw, &f32s(&samples));
+    samples[20_000] = vec![0.6, 0.0, 0.8, -0.1];
+    expect(FAIL, "is -0.1", &raw, &f32s(&samples));
+}
+
+#[test]
+fn a_table_is_a_density() {
+    let folder = Folder::new();
+    let table = cosine_table(&folder);
+    let arguments = ["--domain", "hemisphere", "--columns", "x,y,z,_:f32", "--density", &table, "--density-measure", "uv", "--normalise"];
+    expect(PASS, "1 of 1 samplers pass", &arguments, &f32s(&cosine(60_000)));
+    let uniform = rows(&warpcheck::sampler::UniformHemisphere, 60_000, |s| vec![s.point.x, s.point.y, s.point.z, 0.0]);
+    expect(FAIL, "diagnosis", &arguments, &f32s(&uniform));
+    // Bets see it after a few thousand of a million.
+    let mut anytime = arguments.to_vec();
+    anytime.push("--anytime");
+    let (code, out, _) = check(&anytime, &f32s(&uniform.iter().cycle().take(240_000).cloned().collect::<Vec<_>>()));
+    let judged: u64 = out.lines().nth(1).unwrap().split_whitespace().nth(3).unwrap().parse().unwrap();
+    assert!(code == FAIL && judged <= 1 << 15, "{out}");
+    // Read per solid angle, the table is another density.
+    let plain = ["--domain", "hemisphere", "--columns", "x,y,z,_:f32", "--density", &table, "--normalise"];
+    expect(FAIL, "with --density-measure uv, nothing is wrong", &plain, &f32s(&cosine(60_000)));
+}
+
+#[test]
+fn wrong_conventions_are_named() {
+    let folder = Folder::new();
+    let table = cosine_table(&folder);
+    let turned = |row: &Vec<f64>| vec![row[0], row[2], -row[1], row[3]];
+    let y_up: Vec<Vec<f64>> = cosine(60_000).iter().map(turned).collect();
+    let arguments = ["--domain", "hemisphere", "--columns", "x,y,z,_:f32", "--density", &table, "--density-measure", "uv", "--normalise"];
+    expect(FAIL, "if the points are read with --frame y-up, nothing is wrong", &arguments, &f32s(&y_up));
+    let mut told = arguments.to_vec();
+    told.extend(["--frame", "y-up"]);
+    expect(PASS, "1 of 1 samplers pass", &told, &f32s(&y_up));
+
+    let pi = std::f64::consts::PI;
+    let per_uv = |row: &Vec<f64>| vec![row[0], row[1], row[2], row[3] * pi * pi * (1.0 - row[2] * row[2]).sqrt()];
+    let per_uv: Vec<Vec<f64>> = cosine(60_000).iter().map(per_uv).collect();
+    let arguments = ["--domain", "hemisphere", "--columns", "x,y,z,pdf:f64"];
+    let bytes: Vec<u8> = per_uv.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+    expect(FAIL, "if the densities are read with --measure uv, nothing is wrong", &arguments, &bytes);
+    expect(PASS, "1 of 1", &[&arguments[..], &["--measure", "uv"]].concat(), &bytes);
+}
+
+#[test]
+fn an_environment_map_with_and_without_the_sine() {
+    use warpcheck::sampler::{Environment, RowWarp};
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/data/env/noon_grass_512.hdr");
+    let map = warpcheck::picture::read(file).unwrap();
+    let environment = Environment::new(map.width(), map.height(), map.pixels().to_vec(), RowWarp::UniformV).unwrap();
+    let samples = f32s(&rows(&environment, 60_000, |s| vec![s.point.x, s.point.y, s.point.z]));
+    let arguments = ["--domain", "sphere", "--columns", "x,y,z:f32", "--env", file];
+    expect(PASS, "1 of 1", &[&arguments[..], &["--sine"]].concat(), &samples);
+    expect(FAIL, "with --sine, nothing is wrong", &arguments, &samples);
+}
+
+#[test]
+fn two_files_are_compared() {
+    let folder = Folder::new();
+    let other = |kappa: f32, seed: u64| {
+        let lobe = VonMisesFisher::new(glam::Vec3::Z, kappa).unwrap();
+        let mut rng = stream(seed, "other", 0);
+        let mut xi = vec![0.0; 2];
+        let rows: Vec<Vec<f64>> = (0..40_000)
+            .map(|_| {
+                fill_unit(&mut rng, &mut xi);
+                Sampler::sample(&lobe, &xi).unwrap().point.to_array().to_vec()
+            })
+            .collect();
+        f32s(&rows)
+    };
+    let second = folder.file("second.bin", other(10.0, 1));
+    let arguments = ["--domain", "sphere", "--columns", "x,y,z:f32", "--against", &second];
+    expect(PASS, "1 of 1", &arguments, &other(10.0, 2));
+    expect(FAIL, "two-sample", &arguments, &other(11.0, 2));
+}
+
+#[test]
+fn weights_and_rejected_samples() {
+    // The irradiance of a white sky by uniform directions, half of them thrown away.
+    let rows = rows(&warpcheck::sampler::UniformHemisphere, 60_000, |s| {
+        vec![s.point.x, s.point.y, s.point.z, s.density, s.point.z]
+    });
+    let names = ["--domain", "hemisphere", "--columns", "x,y,z,pdf,value:f32"];
+    expect(PASS, "1 of 1", &[&names[..], &["--integral", "3.14159265"]].concat(), &f32s(&rows));
+    expect(FAIL, "weights (f / density", &[&names[..], &["--integral", "3.0"]].concat(), &f32s(&rows));
+    expect(BAD, "say with --integral", &names, &f32s(&rows));
+    let halved: Vec<Vec<f64>> = rows
+        .iter()
+        .enumerate()
+        .map(|(i, r)| vec![r[0], r[1], r[2], 0.5 * r[3], if (i * 7919 / 13) % 2 == 0 { 1.0 } else { 0.0 }])
+        .collect();
+    let names = ["--domain", "hemisphere", "--columns", "x,y,z,pdf,kept:f32", "--without", "independence"];
+    expect(PASS, "1 of 1", &names, &f32s(&halved));
+}
+
+/// Runs what needs a tool that may not be installed.
+fn tool(name: &str) -> Option<PathBuf> {
+    let found = std::env::split_paths(&std::env::var_os("PATH")?).map(|folder| folder.join(name)).find(|p| p.is_file());
+    if found.is_none() {
+        assert!(std::env::var_os("CI").is_none(), "there is no {name}, which continuous integration has to have");
+        eprintln!("skipped: there is no {name}");
+    }
+    found
+}
+
+fn example(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/foreign").join(name).to_str().unwrap().to_owned()
+}
+
+#[test]
+fn the_python_example_is_judged_rightly() {
+    let Some(python) = tool("python3") else { return };
+    let command = format!("{} '{}'", python.display(), example("sampler.py"));
+    expect(PASS, "1 of 1", &["--sampler", &command, "--samples", "60k"], &[]);
+    let broken = format!("{command} --broken");
+    let arguments = ["--sampler", &broken, "--samples", "60k"];
+    expect(FAIL, "jacobian", &arguments, &[]);
+    // The same once more: what it says doesn't depend on which copy of the program was asked.
+    let said = || check(&arguments, &[]).1.lines().filter(|l| !l.contains(" fail ")).map(str::to_owned).collect::<Vec<_>>();
+    assert_eq!(said(), said());
+}
+
+#[test]
+fn the_c_example_is_judged_rightly() {
+    let Some(cc) = tool("cc") else { return };
+    let folder = Folder::new();
+    let program = folder.0.path().join("sampler");
+    let built = Command::new(cc).args(["-O2", &example("sampler.c"), "-lm", "-o"]).arg(&program).status().unwrap();
+    assert!(built.success());
+    let command = program.to_str().unwrap().to_owned();
+    expect(PASS, "1 of 1", &["--sampler", &command, "--samples", "200k"], &[]);
+    let broken = format!("{command} --broken");
+    expect(FAIL, "the shape of the density is right, but its normalisation is off", &["--sampler", &broken, "--samples", "200k"], &[]);
+    let y_up = ["--sampler", &command, "--samples", "50k", "--frame", "y-up"];
+    expect(FAIL, "if the points are read with --frame z-up, nothing is wrong", &y_up, &[]);
+}
+
+#[cfg(unix)]
+#[test]
+fn programs_that_misbehave_get_a_sentence() {
+    let folder = Folder::new();
+    let greeting = "echo warpcheck 1 domain=square dimensions=2;";
+    let program = |script: &str| {
+        let file = folder.file("program.sh", script);
+        format!("sh {file}")
+    };
+    let misbehaves = |script: &str, says: &str| {
+        expect(BAD, says, &["--sampler", &program(script), "--timeout", "1", "--samples", "10k"], &[]);
+    };
+    misbehaves("exit 3", "ended (exit status: 3) before its first line");
+    misbehaves("echo hello", "the first line of");
+    misbehaves("echo warpcheck 2 domain=square dimensions=2", "it speaks version 2, not 1");
+    misbehaves("echo warpcheck 1 domain=square; cat > /dev/null", "`dimensions` is missing");
+    misbehaves("echo warpcheck 1 domain=ball dimensions=2; cat > /dev/null", "`ball` is no domain");
+    misbehaves("sleep 30", "gave no answer in 1 s before its first line");
+    misbehaves(&format!("{greeting} cat > /dev/null"), "gave no answer in 1 s when asked `sample 64`");
+    misbehaves(&format!("{greeting} read question; echo it is full >&2; exit 7"), "it said: it is full");
+    misbehaves(&format!("{greeting} yes"), "answers nonsense");
+    expect(BAD, "can't start", &["--sampler", "/no/such/program"], &[]);
+    expect(BAD, "is no command line", &["--sampler", "'"], &[]);
+}
+
+#[test]
+fn a_program_with_a_state_is_refused() {
+    let Some(python) = tool("python3") else { return };
+    let folder = Folder::new();
+    let script = std::fs::read_to_string(example("sampler.py")).unwrap();
+    let script = script.replace("point = sample(*numbers)", "import random; point = sample(random.random(), numbers[1])");
+    let file = folder.file("random.py", script);
+    let command = format!("{} '{file}'", python.display());
+    expect(BAD, "asked again", &["--sampler", &command], &[]);
+}
