@@ -1,6 +1,6 @@
 //! `warpcheck histogram`: draws samples and writes their histogram, of an environment map or of any sampler that ships.
 
-use super::common::{self, DEFAULT_OUT, OutputFolder};
+use super::common::{self, DEFAULT_OUT, OutputFolder, ReportArgument};
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
@@ -13,6 +13,7 @@ use warpcheck::domain::{Domain, Space, Sphere};
 use warpcheck::histogram::{Histogram, claimed_density};
 use warpcheck::picture::{Compression, Picture, Planes, Tone, write_planes, write_png};
 use warpcheck::random::{fill_unit, stream};
+use warpcheck::report::html::{EnvironmentStop, Page};
 use warpcheck::report::{EnvironmentFigure, environment_sheet, histogram_sheet};
 use warpcheck::sampler::{Environment, RowWarp, Sampler, UniformSphere, luminance};
 use warpcheck::verify::Settings;
@@ -39,6 +40,8 @@ pub struct Arguments {
     /// Folder of the shipped maps and meshes
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgument,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -57,6 +60,11 @@ const UNIFORM: u64 = 10_000_000;
 const DOTS: usize = 1500;
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    onto(arguments, None)
+}
+
+/// With what was found put onto a page of somebody else's, if there is one.
+pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> {
     let file = Path::new(&arguments.target);
     let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let is_file = file.exists() || ["hdr", "exr", "pic"].contains(&extension.as_str());
@@ -67,12 +75,26 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if is_file {
         let map = Map::read(file, arguments)?;
         let _folder = OutputFolder::make(&arguments.out)?;
+        let dossier = match page {
+            Some(_) => None,
+            None => arguments.report.begin(format!("Samples of the map {}", map.name))?,
+        };
+        let wanted = page.is_some() || dossier.is_some();
+        let mut stops = Vec::new();
         for &samples in &counts {
             if run.stopped() {
                 break;
             }
-            map.draw(&run, samples)?;
+            stops.extend(map.draw(&run, samples, wanted)?);
         }
+        if let (Some(page), false) = (page, stops.is_empty()) {
+            map.put(page, stops.clone());
+        }
+        common::finish(dossier, |page| {
+            page.fact("map", format!("{} x {}", map.sampler.width(), map.sampler.height()))
+                .fact("seed", arguments.seed.to_string());
+            map.put(page, stops);
+        })?;
     } else {
         let data = common::data_folder(arguments.data.as_deref())?;
         let entries = catalogue::entries(&data);
@@ -91,6 +113,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         };
         let subject = entry.make().with_context(|| format!("can't make the sampler {}", entry.name))?;
         let _folder = OutputFolder::make(&arguments.out)?;
+        let dossier = match page {
+            Some(_) => None,
+            None => arguments.report.begin(format!("Samples of {}", entry.name))?,
+        };
+        let mut figures = Vec::new();
         // Strips need no height.
         let height = arguments.height.map_or(if subject.aspect() > 2.0 { 128 } else { 256 }, |h| h as usize);
         for &samples in &counts {
@@ -102,7 +129,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             let path = run.path(&entry.name, figure.histogram.samples);
             write_sampler(&path, &entry.name, &figure)?;
             run.say(&figure.histogram, start, &path)?;
+            figures.push(figure);
         }
+        if let Some(page) = page {
+            page.histogram(&entry.name, &figures);
+        }
+        common::finish(dossier, |page| {
+            page.fact("seed", arguments.seed.to_string()).histogram(&entry.name, &figures);
+        })?;
     }
     run.bar.finish_and_clear();
     Ok(if run.stopped() { ExitCode::from(130) } else { ExitCode::SUCCESS })
@@ -218,7 +252,8 @@ impl Map {
         Ok(Self { name, sampler, picture, tone, width, height, target, seed: arguments.seed })
     }
 
-    fn draw(&self, run: &Run<'_>, samples: u64) -> Result<()> {
+    /// Draws and writes; what a page wants, if one does.
+    fn draw(&self, run: &Run<'_>, samples: u64, wanted: bool) -> Result<Option<EnvironmentStop>> {
         let start = Instant::now();
         let settings = run.settings(samples, &self.name);
         let importance = Histogram::draw(&self.sampler, self.width, self.height, &settings);
@@ -229,20 +264,16 @@ impl Map {
             Settings { samples: importance.samples.min(UNIFORM), progress: None, stop: None, ..settings };
         let uniform = Histogram::draw(&UniformSphere, self.width, self.height, &settings);
         let (drawn, flat) = (importance.density(&Sphere), uniform.density(&Sphere));
-        let sheet = environment_sheet(
-            &self.name,
-            &EnvironmentFigure {
-                picture: &self.picture,
-                tone: self.tone,
-                samples: importance.samples,
-                uniform_samples: uniform.samples,
-                uniform: &flat,
-                importance: &drawn,
-                target: &self.target,
-                uniform_dots: &dots(&UniformSphere, self.seed),
-                importance_dots: &dots(&self.sampler, self.seed),
-            },
-        );
+        let dots = [dots(&UniformSphere, self.seed), dots(&self.sampler, self.seed)];
+        let figure = EnvironmentFigure {
+            samples: importance.samples,
+            uniform_samples: uniform.samples,
+            uniform: &flat,
+            importance: &drawn,
+            ..self.figure(&dots)
+        };
+        let sheet = environment_sheet(&self.name, &figure);
+        let stop = wanted.then(|| EnvironmentStop::new(&self.name, &figure));
         let claimed = claimed_density(&self.sampler, self.width, self.height);
         let figures = [
             ("importance", drawn.as_slice()),
@@ -252,7 +283,27 @@ impl Map {
         ];
         write_planes(common::with_extension(&path, "exr"), &planes(&importance, figures)?, Compression::Zip)?;
         write_png(common::with_extension(&path, "png"), &sheet)?;
-        Ok(())
+        Ok(stop)
+    }
+
+    /// The map with dots on it, and no histograms.
+    fn figure<'a>(&'a self, dots: &'a [Vec<[f64; 2]>; 2]) -> EnvironmentFigure<'a> {
+        EnvironmentFigure {
+            picture: &self.picture,
+            tone: self.tone,
+            samples: 0,
+            uniform_samples: 0,
+            uniform: &[],
+            importance: &[],
+            target: &self.target,
+            uniform_dots: &dots[0],
+            importance_dots: &dots[1],
+        }
+    }
+
+    fn put(&self, page: &mut Page, stops: Vec<EnvironmentStop>) {
+        let dots = [dots(&UniformSphere, self.seed), dots(&self.sampler, self.seed)];
+        page.environment(&self.name, &self.figure(&dots), stops);
     }
 }
 

@@ -4,6 +4,7 @@ mod agree;
 mod calibrate;
 mod common;
 mod converge;
+mod everything;
 mod faults;
 mod histogram;
 mod plan;
@@ -78,7 +79,7 @@ pub fn run() -> ExitCode {
         }
     };
     let result = match cli.command {
-        None => verify::run(&verify::Arguments::default()),
+        None => everything::run(),
         Some(Command::Verify(arguments)) => verify::run(&arguments),
         Some(Command::Calibrate(arguments)) => calibrate::run(&arguments),
         Some(Command::Faults(arguments)) => faults::run(&arguments),

@@ -1,13 +1,15 @@
 //! `warpcheck render`: a scene with one strategy or several, progressively, and the contact sheet of them all.
 
-use super::common::{self, DEFAULT_OUT, LightArguments, OutputFolder};
+use super::common::{self, DEFAULT_OUT, LightArguments, OutputFolder, ReportArgument};
 use anyhow::{Result, bail};
 use clap::Args;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use warpcheck::estimator::{Integrator, Plan, Progress, Rendered, Settings, Strategy, render};
 use warpcheck::picture::{Canvas, Sheet, Tile, write_exr, write_png};
+use warpcheck::report::html::Group;
 use warpcheck::scene::Scene;
 
 #[derive(Args)]
@@ -47,6 +49,8 @@ pub struct Arguments {
     /// Folder for pictures
     #[arg(long, value_name = "DIR", default_value = DEFAULT_OUT)]
     out: PathBuf,
+    #[command(flatten)]
+    report: ReportArgument,
 }
 
 /// The most samples a pixel.
@@ -106,6 +110,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let _folder = OutputFolder::make(&arguments.out)?;
     let bar = common::progress(u64::from(most) * strategies.len() as u64, "passes");
     let stem = common::stem(&arguments.scene);
+    let dossier = arguments
+        .report
+        .begin(format!("{stem}: {}", if strategies.len() > 1 { "strategies" } else { "a picture" }))?;
+    // Pictures by their place among the counts: those of one count are laid over one another.
+    let mut groups: BTreeMap<u32, Group> = BTreeMap::new();
     let mut sheet = Sheet::new(format!("{stem}: strategies at equal samples"))
         .notes(format!(
             "{} x {} pixels, seed {}; direct light only",
@@ -135,6 +144,19 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 let canvas = write(&scene, &rendered, &path)?;
                 bar.suspend(|| say(&rendered, &path))?;
                 let seconds = rendered.time.as_secs_f64();
+                if dossier.is_some() {
+                    let group = groups.entry(spp).or_insert_with(|| Group {
+                        name: if open_ended && spp == most {
+                            "as many samples as --time and --error let".into()
+                        } else {
+                            format!("{spp} samples a pixel")
+                        },
+                        note: String::new(),
+                        films: Vec::new(),
+                    });
+                    let caption = format!("{} samples a pixel, {seconds:.2} s", rendered.passes);
+                    group.films.push((strategy.to_string(), caption, rendered.film.clone()));
+                }
                 tiles.push(Tile::new(canvas).caption(match rendered.passes < spp {
                     true => format!("stopped after {} spp, {seconds:.1} s", rendered.passes),
                     false => format!("{seconds:.1} s"),
@@ -163,6 +185,17 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         write_png(&path, &sheet.draw())?;
         common::print(&format!("contact sheet: {}\n", path.display()))?;
     }
+    common::finish(dossier, |page| {
+        let (width, height) = (scene.picture.width, scene.picture.height);
+        page.fact("scene", format!("{stem}, {width} x {height}"))
+            .fact("seed", arguments.seed.to_string())
+            .says("Direct light only. Standard errors are those that the films claim, from the scatter of their samples.");
+        if stop.load(Ordering::Relaxed) {
+            page.says("Stopped: this is what was rendered until then.");
+        }
+        page.renders(&stem, &groups.into_values().collect::<Vec<_>>(), common::tone(&scene))
+            .plan(&stem, &plan);
+    })?;
     Ok(if stop.load(Ordering::Relaxed) { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }
 

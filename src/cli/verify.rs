@@ -1,6 +1,6 @@
 //! `warpcheck verify`: the battery on all shipped samplers, or those named.
 
-use super::common::{self, DEFAULT_OUT, OutputFolder, print};
+use super::common::{self, DEFAULT_OUT, OutputFolder, ReportArgument, print};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::path::PathBuf;
@@ -10,6 +10,7 @@ use std::sync::atomic::Ordering;
 use warpcheck::catalogue::{self, Entry};
 use warpcheck::picture::{Compression, write_atomically, write_planes, write_png};
 use warpcheck::report;
+use warpcheck::report::html::Page;
 use warpcheck::verify::{Report, Settings, Verdict};
 
 #[derive(Args)]
@@ -43,6 +44,8 @@ pub struct Arguments {
     /// Also write everything that was found as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgument,
     /// List the samplers that ship, and do nothing
     #[arg(long)]
     list: bool,
@@ -67,6 +70,7 @@ impl Default for Arguments {
             checks: false,
             out: DEFAULT_OUT.into(),
             json: None,
+            report: ReportArgument::default(),
             list: false,
             allow_inconclusive: false,
             data: None,
@@ -75,6 +79,11 @@ impl Default for Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    onto(arguments, None)
+}
+
+/// With what was found put onto a page of somebody else's, if there is one.
+pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> {
     if arguments.checks {
         return list_checks();
     }
@@ -95,6 +104,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let stop = common::stop_on_ctrl_c();
     arguments.json.as_deref().map(|file| common::output_file(file, &arguments.out)).transpose()?;
     let _folder = OutputFolder::make(&arguments.out)?;
+    let dossier = match page {
+        Some(_) => None,
+        None => arguments.report.begin(match arguments.names.as_slice() {
+            [] => "Samplers that ship".to_owned(),
+            names => format!("Samplers: {}", names.join(", ")),
+        })?,
+    };
     let bar = common::progress(chosen.len() as u64 * arguments.samples, "samples");
     let mut settings = Settings {
         samples: arguments.samples,
@@ -149,6 +165,19 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let json = format!("{:#}\n", report::to_json(&report, replay));
         write_atomically(file, |out| out.write_all(json.as_bytes()))?;
     }
+    if let Some(page) = page {
+        page.verify(&report, replay);
+    }
+    common::finish(dossier, |page| {
+        if stopped {
+            page.says(format!(
+                "Stopped: {} of {} samplers were examined.",
+                report.examinations.len(),
+                chosen.len()
+            ));
+        }
+        page.verify(&report, replay);
+    })?;
     Ok(match report.verdict() {
         _ if stopped => ExitCode::from(130),
         Verdict::Fail => ExitCode::from(1),

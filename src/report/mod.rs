@@ -13,6 +13,8 @@ mod convergence_plot;
 #[cfg(feature = "render")]
 mod convergence_sheet;
 mod faults;
+#[cfg(feature = "html")]
+pub mod html;
 #[cfg(feature = "json")]
 mod json;
 #[cfg(any(feature = "plots", feature = "render"))]
@@ -51,6 +53,9 @@ pub use faults::faults_to_json;
 pub use faults::{Twins, fault_table};
 #[cfg(feature = "json")]
 pub use json::to_json;
+#[cfg(feature = "html")]
+#[cfg(feature = "render")]
+use pictures::dotted;
 #[cfg(feature = "render")]
 pub use pictures::{EnvironmentFigure, environment_sheet, histogram_sheet};
 #[cfg(feature = "render")]

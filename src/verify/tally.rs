@@ -155,6 +155,16 @@ impl Tally {
         }
     }
 
+    /// The counts of cells and of rejected samples alone.
+    pub fn counts(&self) -> Self {
+        Self {
+            samples: self.samples,
+            per_leaf: self.per_leaf.clone(),
+            rejected: self.rejected,
+            ..Self::default()
+        }
+    }
+
     /// Whether something was seen that no right sampler does.
     pub fn offends(&self) -> bool {
         let offences = [&self.outside, &self.unsupported, &self.invalid, &self.left_over_outside];
