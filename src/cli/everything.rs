@@ -12,10 +12,10 @@ use warpcheck::report::html::Page;
 /// What follows the samplers on the page: smaller than what one would ask for, so that all of it takes half a minute.
 const ALSO: [&[&str]; 5] = [
     &["histogram", "env/spruit_sunrise_512.hdr", "--samples", "1M,10M"],
-    &["converge", "scene/veach_a3.toml", "--strategy", "brdf,light,mis:0.5", "--seeds", "2", "--spp", "16"],
+    &["converge", "scene/veach_a3.toml", "--strategy", "brdf,light,mis:0.5", "--seeds", "2", "--spp", "8"],
     &["plan", "scene/veach_a3.toml", "--strategy", "brdf,light,mis:0.5"],
     &["stress", "--quick"],
-    &["faults", "triangle", "--seeds", "1", "--samples", "100k"],
+    &["faults", "triangle", "--seeds", "1", "--samples", "20k"],
 ];
 
 pub fn run() -> Result<ExitCode> {

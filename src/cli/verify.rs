@@ -35,6 +35,9 @@ pub struct Arguments {
     /// Leave out a check (may be given again)
     #[arg(long, value_name = "CHECK")]
     without: Vec<String>,
+    /// A line for each sampler, however many there are
+    #[arg(long)]
+    long: bool,
     /// List the checks, and do nothing
     #[arg(long)]
     checks: bool,
@@ -57,6 +60,9 @@ pub struct Arguments {
     data: Option<PathBuf>,
 }
 
+/// Samplers up to which each has a line; of more, those of a family that passed share one, so that all fits a screen.
+const SHORT: usize = 24;
+
 impl Default for Arguments {
     fn default() -> Self {
         Self {
@@ -68,6 +74,7 @@ impl Default for Arguments {
             time: None,
             without: Vec::new(),
             checks: false,
+            long: false,
             out: DEFAULT_OUT.into(),
             json: None,
             report: ReportArgument::default(),
@@ -152,7 +159,11 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
             "warpcheck verify {name} --samples {samples} --seed {seed} --alpha {alpha:?}{anytime}{without}{data}"
         )
     };
-    print(&report::table(&report, common::style(), replay))?;
+    let table = match arguments.long || chosen.len() <= SHORT {
+        true => report::table(&report, common::style(), replay),
+        false => report::table_by_family(&report, common::style(), replay),
+    };
+    print(&table)?;
     if stopped {
         print(&format!(
             "stopped: {} of {} samplers were examined\n",

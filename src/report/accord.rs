@@ -170,7 +170,7 @@ pub fn accord_table(accord: &Accord, estimates: &[Estimate], style: Style) -> St
     out
 }
 
-/// Everything that was found. `version` grows when the meaning of a field changes.
+/// Everything that was found. `schema_version` grows when the meaning of a field changes.
 #[cfg(feature = "json")]
 pub fn accord_to_json(accord: &Accord, estimates: &[Estimate], seed: u64) -> serde_json::Value {
     use serde_json::{Value, json};
@@ -202,7 +202,8 @@ pub fn accord_to_json(accord: &Accord, estimates: &[Estimate], seed: u64) -> ser
     });
     let strategies = estimates.iter().map(|e| json!({ "name": e.name, "non_finite": e.non_finite }));
     json!({
-        "version": 1,
+        "kind": "agree",
+        "schema_version": 2,
         "program": concat!("warpcheck ", env!("CARGO_PKG_VERSION")),
         "verdict": word(accord.judgement()).0,
         "seed": seed,

@@ -68,4 +68,4 @@ pub use residuals::{overview_sheet, residual_planes, residual_sheet};
 pub use stress::stress_table;
 #[cfg(all(feature = "render", feature = "json"))]
 pub use stress::stress_to_json;
-pub use table::{Style, table};
+pub use table::{Style, table, table_by_family};

@@ -72,6 +72,7 @@ impl Page {
         let stops = stops.into_iter().map(|stop| (format!("{} samples", count(stop.samples)), stop.figures));
         self.section(
             Section::new(id("map", name), format!("Environment map {name}"))
+                .short("Map")
                 .with(Block::Figures { figures: looks, zoom: true, hover: None })
                 .with(Block::Stops { label: "importance samples".into(), stops: stops.collect() }),
         )
@@ -102,6 +103,7 @@ impl Page {
         });
         self.section(
             Section::new(id("histogram", name), format!("Samples of {name}"))
+                .short("Samples")
                 .with(Block::Stops { label: "samples".into(), stops: stops.collect() }),
         )
     }

@@ -56,7 +56,7 @@ where
         .configure_mesh()
         .x_desc(x_name)
         .y_desc(y_name)
-        .x_labels(6)
+        .x_labels(10)
         .y_labels(6)
         .axis_desc_style(font(13))
         .label_style(font(12))

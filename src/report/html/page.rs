@@ -31,6 +31,8 @@ pub struct Page {
 pub struct Section {
     pub(super) id: String,
     pub(super) title: String,
+    /// What the bar of links calls it.
+    pub(super) short: String,
     pub(super) status: Option<String>,
     /// Beside the heading, small.
     pub(super) aside: String,
@@ -235,14 +237,22 @@ impl Cell {
 impl Section {
     /// A section with a heading; the id is what links lead to.
     pub fn new(id: impl Into<String>, title: impl Into<String>) -> Self {
+        let title = title.into();
         Self {
             id: id.into(),
-            title: title.into(),
+            short: title.clone(),
+            title,
             status: None,
             aside: String::new(),
             open: None,
             blocks: Vec::new(),
         }
+    }
+
+    /// Called so by the bar of links.
+    pub fn short(mut self, short: impl Into<String>) -> Self {
+        self.short = short.into();
+        self
     }
 
     /// With a block more.

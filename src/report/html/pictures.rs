@@ -66,6 +66,7 @@ impl Page {
         });
         self.section(
             Section::new(id("render", scene), format!("{scene}: strategies at equal samples"))
+                .short("Pictures")
                 .with(Block::Words { text: "Choose two pictures and move the divide between them.".into() })
                 .with(Block::Compare { groups: pictures.chain(errors).collect() }),
         )
@@ -149,7 +150,9 @@ impl Page {
                     .collect(),
             }
         });
-        let timed: Vec<Group> = timed.collect();
+        // The longest time first: it shows most.
+        let mut timed: Vec<Group> = timed.collect();
+        timed.reverse();
         let mut groups = Vec::new();
         let all = timed.iter().map(|g| (format!("equal time, {}", g.name), g));
         for (name, group) in all.chain(equal.iter().map(|g| (format!("equal samples, {}", g.name), g))) {
@@ -195,6 +198,7 @@ impl Page {
             .fact("scene", format!("{scene}, {} x {}", size.0, size.1))
             .section(
                 Section::new(id("converge", scene), format!("{scene}: error against run time"))
+                    .short("Convergence")
                     .with(Block::Plots {
                         plots: vec![(svg, "Error over CPU time, both logarithmic; bars are 95% intervals, lines the fitted powers".into())],
                     })
@@ -207,6 +211,7 @@ impl Page {
             )
             .section(
                 Section::new(id("strategies", scene), format!("{scene}: strategies over one another"))
+                    .short("Strategies")
                     .with(Block::Words { text: "Choose two pictures and move the divide between them.".into() })
                     .with(Block::Compare { groups }),
             ))
@@ -254,6 +259,7 @@ impl Page {
             filter: true,
         };
         let mut section = Section::new(id("agree", scene), format!("{scene}: do strategies agree?"))
+            .short("Agreement")
             .with(Block::Table(table))
             .with(Block::Words {
                 text: "Chequered tiles have no light or were not tested. Right estimates leave no pattern in the maps.".into(),
@@ -322,6 +328,7 @@ impl Page {
         };
         self.section(
             Section::new(id("plan", scene), format!("{scene}: what the scene needs"))
+                .short("Plan")
                 .with(Block::Table(table)),
         )
     }

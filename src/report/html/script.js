@@ -60,7 +60,7 @@
   }
 
   // ---- figures that zoom together ----
-  for (const group of all(".figures.zoom")) {
+  for (const group of all(".figures.zoom, .stops, .compare")) {
     const panes = all(".pane", group);
     if (!panes.length) continue;
     let zoom = 1, x = 0, y = 0; // x, y: what is at the top left corner, as shares of the picture
@@ -98,7 +98,9 @@
     button("reset", "show all", () => { zoom = 1; show(); });
     tools.append(panes.length > 1 ? "together; double-click zooms in, dragging moves" : "double-click zooms in, dragging moves");
     const first = group.querySelector(".reading");
-    if (first) first.before(tools); else group.append(tools);
+    if (first) first.before(tools);
+    else if (group.classList.contains("figures")) group.append(tools);
+    else group.querySelector(".stop, h4").before(tools);
 
     const reader = hover(group);
     for (const pane of panes) {
@@ -171,9 +173,12 @@
       const [red, green, blue] = index.data.subarray(at, at + 3);
       if (!blue) { line.textContent = "outside of the cells"; return; }
       const i = red + 256 * green + 65536 * (blue - 1);
-      const sigma = cells.residual[i];
+      // As the report has it: the counts of a comparison vary less.
+      const [n, m, observed, expected] = [cells.samples, cells.others, cells.observed[i], cells.expected[i]];
+      const spread = Math.sqrt(expected * (1 - expected / n) * (m > 0 ? m / (n + m) : 1));
+      const sigma = spread > 0 ? Number(((observed - expected) / spread).toFixed(2)) : null;
       const where = cells.places ? `; ${cells.places[i]}` : "";
-      line.textContent = `observed ${cells.observed[i]}, expected ${cells.expected[i]}, residual ${sigma === null ? "infinite" : (sigma > 0 ? "+" : "") + sigma} σ${where}`;
+      line.textContent = `observed ${observed}, expected ${expected}, residual ${sigma === null ? "–" : (sigma > 0 ? "+" : "") + sigma} σ${where}`;
     };
   }
 

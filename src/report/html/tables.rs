@@ -50,6 +50,7 @@ impl Page {
         };
         self.section(
             Section::new("faults", "Faults, and what catches them")
+                .short("Faults")
                 .with(Block::Words {
                     text: format!(
                         "Caught {} of {}, diagnosed {}; {} of {} runs of correct twins passed. At most {} samples, {} seeds from {}.",
@@ -105,7 +106,7 @@ impl Page {
     pub fn stress(&mut self, done: &[(crate::stress::Row, crate::stress::Outcome)]) -> &mut Self {
         let wrong: Vec<_> = done.iter().filter(|(_, outcome)| !outcome.is_ok()).collect();
         let verdict = if wrong.is_empty() { Verdict::Pass } else { Verdict::Fail };
-        let mut section = Section::new("stress", "Extreme inputs").with(Block::Words {
+        let mut section = Section::new("stress", "Extreme inputs").short("Extremes").with(Block::Words {
             text: format!("{} of {} rows are as they should be.", done.len() - wrong.len(), done.len()),
         });
         if !wrong.is_empty() {

@@ -82,19 +82,19 @@ impl Page {
         let bad: Vec<usize> =
             order.iter().copied().filter(|&i| report.verdict_on(i) != Verdict::Pass).collect();
         if !bad.is_empty() {
-            let mut section = Section::new("failures", "What did not pass");
+            let mut section = Section::new("failures", "What did not pass").short("Failures");
             section.blocks.push(failures(report, &bad, &replay));
             self.section(section);
         }
-        let overview = Section::new("overview", "Samplers by checks")
+        let overview = Section::new("overview", "Samplers by checks").short("Checks")
             .with(Block::Table(overview(report, &order)))
             .with(words(
-                "A cell has the worst verdict of the check's parts, and the least of their p-values after correction; “certain” where no chance is involved, \
-                 – where the check has no answer or does not apply. Would have seen: the relative error of the density over 5% of the mass in one piece that is \
+                "A cell has the worst verdict of the check's parts and the least of their p-values, corrected for their own number; “certain” where no chance is \
+                 involved, – where the check has no answer or does not apply. Verdicts, and “corrected p”, are after correction over the whole run. Would have seen: the relative error of the density over 5% of the mass in one piece that is \
                  caught with probability 0.99.",
             ));
         self.section(overview);
-        self.section(Section::new("samplers", "Sampler by sampler").with(words(
+        self.section(Section::new("samplers", "Sampler by sampler").short("Samplers").with(words(
             "Observed, expected, and what is left of the counts in standard deviations: a right sampler leaves noise.",
         )));
         for &i in &order {
@@ -158,13 +158,17 @@ fn overview(report: &Report, order: &[usize]) -> Table {
     let place = |name: &str| checks().position(|(known, _)| known == name).unwrap_or(usize::MAX);
     names.sort_by_key(|name| place(name));
     let about = |name: &str| checks().find(|(known, _)| *known == name).map_or("", |(_, about)| about);
-    let columns = [Column::words("sampler"), Column::words("verdict"), Column::numbers("least p")]
-        .into_iter()
-        .chain([Column::numbers("would have seen").about(
-            "relative error of the density over 5% of the mass in one piece, caught with probability 0.99",
-        )])
-        .chain(names.iter().map(|name| Column::numbers(*name).about(about(name))))
-        .chain([Column::numbers("samples"), Column::numbers("time")]);
+    let columns = [
+        Column::words("sampler"),
+        Column::words("verdict"),
+        Column::numbers("corrected p").about("the least of the sampler, corrected over the whole run"),
+    ]
+    .into_iter()
+    .chain([Column::numbers("would have seen").about(
+        "relative error of the density over 5% of the mass in one piece, caught with probability 0.99",
+    )])
+    .chain(names.iter().map(|name| Column::numbers(*name).about(about(name))))
+    .chain([Column::numbers("samples"), Column::numbers("time")]);
     let rows = order.iter().map(|&i| {
         let e = &report.examinations[i];
         let verdict = report.verdict_on(i);
@@ -206,7 +210,11 @@ fn check_cell(conclusions: &[Conclusion], check: &str) -> Cell {
         let why = mine().next().map_or("does not apply", |c| &c.finding.detail);
         return Cell::number(f64::NAN, "–").about(why);
     };
-    let p = answered.clone().filter_map(|c| c.adjusted_p).min_by(f64::total_cmp);
+    // What this check alone would say: its least p-value, corrected for its own parts. The verdict is that of the whole run.
+    let ps =
+        answered.clone().filter_map(|c| c.finding.evidence.p_values()).map(|(_, conservative)| conservative);
+    let (parts, least) = ps.fold((0.0, f64::INFINITY), |(n, least), p| (n + 1.0, p.min(least)));
+    let p = (parts > 0.0).then(|| (parts * least).min(1.0));
     let worst = answered
         .filter(|c| c.verdict == verdict)
         .min_by(|a, b| a.adjusted_p.unwrap_or(2.0).total_cmp(&b.adjusted_p.unwrap_or(2.0)));
@@ -307,21 +315,18 @@ fn maps(report: &Report, i: usize, verdict: Verdict) -> Block {
         .caption(e.picture_caption),
     ];
     let hover = (cells <= POINTABLE).then(|| {
-        let round = |x: f64| if x < 1e5 { (10.0 * x).round() / 10.0 } else { x.round() };
-        let sigma = |c: &crate::verify::CellFigure| {
-            let r = c.residual();
-            if r.is_finite() {
-                serde_json::json!((100.0 * r).round() / 100.0)
-            } else {
-                serde_json::Value::Null
-            }
+        // One figure behind the point, none where nobody would see it.
+        let round = |x: f64| {
+            let x = if x < 1e4 { (10.0 * x).round() / 10.0 } else { x.round() };
+            if x.fract() == 0.0 { serde_json::json!(x as u64) } else { serde_json::json!(x) }
         };
         let placed = verdict != Verdict::Pass || report.examinations.len() <= PLACED;
         let data = serde_json::json!({
             "index": index_uri(map.width, map.height, &map.cell),
             "observed": e.cells.iter().map(|c| c.observed).collect::<Vec<_>>(),
             "expected": e.cells.iter().map(|c| round(c.expected)).collect::<Vec<_>>(),
-            "residual": e.cells.iter().map(sigma).collect::<Vec<_>>(),
+            "samples": e.cells.first().map_or(0, |c| c.samples),
+            "others": e.cells.first().map_or(0, |c| c.others),
             "places": placed.then(|| e.cells.iter().map(|c| c.place.as_str()).collect::<Vec<_>>()),
         });
         data.to_string().replace('<', "\\u003c")
@@ -357,7 +362,7 @@ fn plots(report: &Report, e: &Examination) -> Option<Block> {
     if let (Some(first), Some(last)) = (power.first(), power.last()) {
         // From where even the largest region is not seen to where the smallest is.
         let (low, high) = (0.3 * last.error.min(first.error), 1.5 * first.error.max(last.error));
-        let errors: Vec<f64> = (0..=40).map(|k| low * (high / low).powf(f64::from(k) / 40.0)).collect();
+        let errors: Vec<f64> = (0..=24).map(|k| low * (high / low).powf(f64::from(k) / 24.0)).collect();
         let series: Vec<Series> = power
             .iter()
             .map(|p| {
@@ -386,6 +391,10 @@ fn plots(report: &Report, e: &Examination) -> Option<Block> {
 
 /// 20000 as "20k".
 fn short(n: f64) -> String {
+    let digit = n / 10.0_f64.powf(n.log10().floor());
+    if ![1.0, 2.0, 5.0, 10.0].iter().any(|d| (digit - d).abs() < 1e-6) {
+        return String::new(); // others would not fit beside them
+    }
     let whole = |x: f64| format!("{x:.1}").trim_end_matches('0').trim_end_matches('.').to_owned();
     match n {
         n if n >= 1e9 => format!("{}G", whole(n / 1e9)),
