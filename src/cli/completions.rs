@@ -31,10 +31,7 @@ pub fn man(arguments: &ManArguments) -> Result<ExitCode> {
     let command = match &arguments.command {
         None => all,
         Some(name) => {
-            let found = all.find_subcommand(name);
-            let command = found.with_context(|| format!("there is no command `{name}`"))?.clone();
-            let full = format!("warpcheck-{}", command.get_name());
-            command.name(full)
+            all.find_subcommand(name).with_context(|| format!("there is no command `{name}`"))?.clone()
         }
     };
     let mut text = Vec::new();
