@@ -130,6 +130,8 @@ fn all_documents_follow_the_schema() {
         ("verify", "verify triangle/low-distortion --samples 20k --anytime", [0]),
         ("faults", "faults triangle/branch-squared estimators/f32-film --seeds 1 --samples 5k", [0]),
         ("stress", "stress mixture discrete --quick", [0]),
+        ("histogram", "histogram triangle/low-distortion --samples 1k,2k --height 16", [0]),
+        ("render", "render stamp.toml --strategy light,brdf --spp 1,2", [0]),
         ("plan", "plan stamp.toml", [0]),
         ("converge", "converge stamp.toml --strategy light,brdf --spp 8 --seeds 2", [0]),
         ("converge", "converge stamp.toml --strategy light --spp 2 --seeds 2 --reference 0.5", [0]),

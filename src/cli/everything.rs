@@ -20,7 +20,7 @@ const ALSO: [&[&str]; 5] = [
 
 pub fn run() -> Result<ExitCode> {
     let out = Path::new(DEFAULT_OUT);
-    let mut dossier = Dossier::begin(out, "warpcheck")?;
+    let mut dossier = Dossier::begin(out, "warpcheck: what ships")?;
     let verdict = verify::onto(&verify::Arguments::default(), Some(&mut dossier.page))?;
     let data = common::data_folder(None)?;
     let mut worst = verdict;

@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use warpcheck::catalogue::{self, HistogramFigure};
 use warpcheck::domain::{Domain, Space, Sphere};
 use warpcheck::histogram::{Histogram, claimed_density};
-use warpcheck::picture::{Compression, Picture, Planes, Tone, write_planes, write_png};
+use warpcheck::picture::{Compression, Picture, Planes, Tone, write_atomically, write_planes, write_png};
 use warpcheck::random::{fill_unit, stream};
 use warpcheck::report::html::{EnvironmentStop, Page};
-use warpcheck::report::{EnvironmentFigure, environment_sheet, histogram_sheet};
+use warpcheck::report::{self, EnvironmentFigure, environment_sheet, histogram_sheet};
 use warpcheck::sampler::{Environment, RowWarp, Sampler, UniformSphere, luminance};
 use warpcheck::verify::Settings;
 
@@ -37,6 +37,9 @@ pub struct Arguments {
     /// Folder for pictures
     #[arg(long, value_name = "DIR", default_value = DEFAULT_OUT)]
     out: PathBuf,
+    /// Also write what was drawn as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
     /// Folder of the shipped maps and meshes
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
@@ -72,6 +75,8 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
     counts.sort_unstable();
     counts.dedup();
     let run = Run::new(arguments, &counts);
+    arguments.json.as_deref().map(|file| common::output_file(file, &arguments.out)).transpose()?;
+    let mut drawn: Vec<(Histogram, Duration)> = Vec::new();
     if is_file {
         let map = Map::read(file, arguments)?;
         let _folder = OutputFolder::make(&arguments.out)?;
@@ -85,7 +90,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
             if run.stopped() {
                 break;
             }
-            stops.extend(map.draw(&run, samples, wanted)?);
+            stops.extend(map.draw(&run, samples, wanted, &mut drawn)?);
         }
         if let (Some(page), false) = (page, stops.is_empty()) {
             map.put(page, stops.clone());
@@ -129,6 +134,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
             let path = run.path(&entry.name, figure.histogram.samples);
             write_sampler(&path, &entry.name, &figure)?;
             run.say(&figure.histogram, start, &path)?;
+            drawn.push((figure.histogram.clone(), start.elapsed()));
             figures.push(figure);
         }
         if let Some(page) = page {
@@ -139,6 +145,10 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
         })?;
     }
     run.bar.finish_and_clear();
+    if let Some(file) = &arguments.json {
+        let json = format!("{:#}\n", report::histograms_to_json(&arguments.target, arguments.seed, &drawn));
+        write_atomically(file, |out| out.write_all(json.as_bytes()))?;
+    }
     Ok(if run.stopped() { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }
 
@@ -253,36 +263,44 @@ impl Map {
     }
 
     /// Draws and writes; what a page wants, if one does.
-    fn draw(&self, run: &Run<'_>, samples: u64, wanted: bool) -> Result<Option<EnvironmentStop>> {
+    fn draw(
+        &self,
+        run: &Run<'_>,
+        samples: u64,
+        wanted: bool,
+        drawn: &mut Vec<(Histogram, Duration)>,
+    ) -> Result<Option<EnvironmentStop>> {
         let start = Instant::now();
         let settings = run.settings(samples, &self.name);
         let importance = Histogram::draw(&self.sampler, self.width, self.height, &settings);
         let path = run.path(&self.name, importance.samples);
         run.say(&importance, start, &path)?;
+        let took = start.elapsed();
         // The uniform ones are only there to be looked at.
         let settings =
             Settings { samples: importance.samples.min(UNIFORM), progress: None, stop: None, ..settings };
         let uniform = Histogram::draw(&UniformSphere, self.width, self.height, &settings);
-        let (drawn, flat) = (importance.density(&Sphere), uniform.density(&Sphere));
+        let (density, flat) = (importance.density(&Sphere), uniform.density(&Sphere));
         let dots = [dots(&UniformSphere, self.seed), dots(&self.sampler, self.seed)];
         let figure = EnvironmentFigure {
             samples: importance.samples,
             uniform_samples: uniform.samples,
             uniform: &flat,
-            importance: &drawn,
+            importance: &density,
             ..self.figure(&dots)
         };
         let sheet = environment_sheet(&self.name, &figure);
         let stop = wanted.then(|| EnvironmentStop::new(&self.name, &figure));
         let claimed = claimed_density(&self.sampler, self.width, self.height);
         let figures = [
-            ("importance", drawn.as_slice()),
+            ("importance", density.as_slice()),
             ("uniform", &flat),
             ("claimed", &claimed),
             ("target", &self.target),
         ];
         write_planes(common::with_extension(&path, "exr"), &planes(&importance, figures)?, Compression::Zip)?;
         write_png(common::with_extension(&path, "png"), &sheet)?;
+        drawn.push((importance, took));
         Ok(stop)
     }
 

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use warpcheck::estimator::{Integrator, Plan, Progress, Rendered, Settings, Strategy, render};
-use warpcheck::picture::{Canvas, Sheet, Tile, write_exr, write_png};
+use warpcheck::picture::{Canvas, Sheet, Tile, write_atomically, write_exr, write_png};
+use warpcheck::report;
 use warpcheck::report::html::Group;
 use warpcheck::scene::Scene;
 
@@ -49,6 +50,9 @@ pub struct Arguments {
     /// Folder for pictures
     #[arg(long, value_name = "DIR", default_value = DEFAULT_OUT)]
     out: PathBuf,
+    /// Also write what was rendered as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgument,
 }
@@ -106,6 +110,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if let Some(done) = resumed.as_ref().filter(|done| done.passes > most) {
         bail!("the film has {} passes already, more than --spp {most}", done.passes);
     }
+    arguments.json.as_deref().map(|file| common::output_file(file, &arguments.out)).transpose()?;
+    let mut made = Vec::new();
     let stop = common::stop_on_ctrl_c();
     let _folder = OutputFolder::make(&arguments.out)?;
     let bar = common::progress(u64::from(most) * strategies.len() as u64, "passes");
@@ -144,6 +150,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 let canvas = write(&scene, &rendered, &path)?;
                 bar.suspend(|| say(&rendered, &path))?;
                 let seconds = rendered.time.as_secs_f64();
+                if arguments.json.is_some() {
+                    made.push(rendered.clone());
+                }
                 if dossier.is_some() {
                     let group = groups.entry(spp).or_insert_with(|| Group {
                         name: if open_ended && spp == most {
@@ -184,6 +193,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let path = arguments.out.join(format!("{}-sheet.png", common::file_stem(&stem)));
         write_png(&path, &sheet.draw())?;
         common::print(&format!("contact sheet: {}\n", path.display()))?;
+    }
+    if let Some(file) = &arguments.json {
+        let json = format!("{:#}\n", report::renders_to_json(&stem, arguments.seed, &made));
+        write_atomically(file, |out| out.write_all(json.as_bytes()))?;
     }
     common::finish(dossier, |page| {
         let (width, height) = (scene.picture.width, scene.picture.height);

@@ -115,6 +115,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
         Some(_) => None,
         None => arguments.report.begin(match arguments.names.as_slice() {
             [] => "Samplers that ship".to_owned(),
+            names if names.len() > 3 => format!("Samplers: {} and {} more", names[0], names.len() - 1),
             names => format!("Samplers: {}", names.join(", ")),
         })?,
     };

@@ -12,6 +12,8 @@ mod convergence;
 mod convergence_plot;
 #[cfg(feature = "render")]
 mod convergence_sheet;
+#[cfg(all(feature = "render", feature = "json"))]
+mod drawn;
 mod faults;
 #[cfg(feature = "html")]
 pub mod html;
@@ -48,6 +50,8 @@ pub use convergence::{convergence_table, convergence_to_csv, region_ratios};
 pub use convergence_plot::convergence_plot;
 #[cfg(feature = "render")]
 pub use convergence_sheet::{AtEqualTime, convergence_sheet, winner_map};
+#[cfg(all(feature = "render", feature = "json"))]
+pub use drawn::{histograms_to_json, renders_to_json};
 #[cfg(feature = "json")]
 pub use faults::faults_to_json;
 pub use faults::{Twins, fault_table};

@@ -73,7 +73,7 @@ impl Page {
         self.section(
             Section::new(id("map", name), format!("Environment map {name}"))
                 .short("Map")
-                .with(Block::Figures { figures: looks, zoom: true, hover: None })
+                .with(Block::Figures { figures: looks, zoom: false, hover: None })
                 .with(Block::Stops { label: "importance samples".into(), stops: stops.collect() }),
         )
     }

@@ -4,6 +4,7 @@ use super::super::plot::{Failure, colour, font};
 use plotters::coord::ranged1d::AsRangedCoord;
 use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Series of points, each with a name.
 pub(super) type Series = (String, Vec<(f64, f64)>);
@@ -76,7 +77,11 @@ where
             4,
             BLACK.mix(0.6).stroke_width(1),
         ))?;
-        chart.draw_series([Text::new(name.to_owned(), (ends.0, level), font(12))])?;
+        chart.draw_series([Text::new(
+            name.to_owned(),
+            (ends.0, level),
+            font(12).pos(Pos::new(HPos::Left, VPos::Bottom)),
+        )])?;
     }
     for (i, (name, points)) in series.iter().enumerate() {
         let colour = colour(i);

@@ -337,15 +337,18 @@ fn maps(report: &Report, i: usize, verdict: Verdict) -> Block {
 /// p-value against samples, and the power curves.
 fn plots(report: &Report, e: &Examination) -> Option<Block> {
     let mut plots = Vec::new();
-    let history: Vec<(f64, f64)> = e.history.iter().map(|l| (l.samples as f64, l.p.max(LEAST))).collect();
+    let history: Vec<(f64, f64)> =
+        e.history.iter().map(|l| (l.samples as f64, l.p.max(LEAST).log10())).collect();
     if history.len() > 1 {
-        let least = history.iter().map(|h| h.1).fold(report.level(), f64::min);
+        // Logarithms on an even axis: plotters has no ticks below 1e-16 on a logarithmic one.
+        let level = report.level().log10();
+        let least = history.iter().map(|h| h.1).fold(level, f64::min);
         let x = history[0].0 / 1.1..history[history.len() - 1].0 * 1.1;
         let svg = plot(
             ("samples", x.log_scale()),
-            ("p-value", (least / 3.0..3.0).log_scale()),
+            ("p-value", least - 0.5..0.3),
             &[("p".into(), history)],
-            Some((report.level(), "level of each single test")),
+            Some((level, "level of each single test")),
             (short, power_of_ten),
         );
         let last = e.history[e.history.len() - 1];
@@ -391,9 +394,8 @@ fn plots(report: &Report, e: &Examination) -> Option<Block> {
 
 /// 20000 as "20k".
 fn short(n: f64) -> String {
-    let digit = n / 10.0_f64.powf(n.log10().floor());
-    if ![1.0, 2.0, 5.0, 10.0].iter().any(|d| (digit - d).abs() < 1e-6) {
-        return String::new(); // others would not fit beside them
+    if !is_round(n) {
+        return String::new();
     }
     let whole = |x: f64| format!("{x:.1}").trim_end_matches('0').trim_end_matches('.').to_owned();
     match n {
@@ -404,18 +406,25 @@ fn short(n: f64) -> String {
     }
 }
 
-fn power_of_ten(p: f64) -> String {
-    let power = p.log10().round();
-    if (p.log10() - power).abs() > 1e-6 {
-        String::new()
-    } else if power >= -2.0 {
-        format!("{p}")
-    } else {
-        format!("1e{power}")
+/// Whether it is 1, 2 or 5 times a power of ten; others would not fit beside these on a logarithmic axis.
+fn is_round(x: f64) -> bool {
+    let digit = x / 10.0_f64.powf(x.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].iter().any(|d| (digit - d).abs() < 1e-6)
+}
+
+/// 10 to this power.
+fn power_of_ten(power: f64) -> String {
+    match power.round() {
+        p if (power - p).abs() > 1e-6 => String::new(),
+        p if p >= -2.0 => format!("{}", 10.0_f64.powf(p)),
+        p => format!("1e{p}"),
     }
 }
 
 fn share(x: f64) -> String {
+    if !is_round(x) {
+        return String::new();
+    }
     let digits = 2.0 - (100.0 * x).log10();
     let text = format!("{:.*}", digits.clamp(0.0, 6.0) as usize, 100.0 * x);
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
