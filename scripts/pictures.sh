@@ -15,5 +15,8 @@ warpcheck render data/scene/veach_a3.toml --sheet
 cp "$out/veach_a3-sheet.png" docs/sheet.png
 warpcheck converge data/scene/veach_a3.toml --strategy brdf,light,mis:0.5,mis:0.75 --reference mis:0.75 --spp 96
 cp "$out/veach_a3-converge.svg" docs/converge.svg
+WARPCHECK_SCREENSHOTS="$out" cargo test --release --test browser samplers_in_a_browser # wants chromium and chromedriver
+cp "$out/report.png" docs/report.png
+cp "$out/report-phone.png" docs/report-phone.png
 warpcheck calibrate
 cp "$out/calibration.svg" docs/calibration.svg

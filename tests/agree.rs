@@ -354,7 +354,7 @@ fn exit_codes_tell_the_verdict() {
     );
     let json: serde_json::Value =
         serde_json::from_slice(&fs::read(folder.path().join("out/a.json")).unwrap()).unwrap();
-    assert_eq!((json["version"].as_u64(), json["verdict"].as_str()), (Some(1), Some("agree")));
+    assert_eq!((json["schema_version"].as_u64(), json["verdict"].as_str()), (Some(2), Some("agree")));
     assert!(json["pairs"][0]["brightness_within"].as_f64().unwrap() < 0.05);
     image::open(folder.path().join("out/stamp-agree.png")).unwrap();
 

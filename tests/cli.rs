@@ -87,7 +87,7 @@ fn help_fits_a_screen() {
     insta::assert_snapshot!(help, @r"
     Find out whether Monte Carlo samplers are right, and how good they are.
 
-    Without a command: verifies every sampler that ships.
+    Without a command: verifies every sampler that ships, and makes a report.
 
     Usage: warpcheck [COMMAND]
 
@@ -111,8 +111,9 @@ fn help_fits_a_screen() {
               Print version
 
     Examples:
-      warpcheck                                       verify all that ships, pictures in warpcheck-out/
+      warpcheck                                       verify all that ships: warpcheck-out/index.html
       warpcheck verify environment --samples 10M      the environment maps only, with more samples
+      warpcheck verify phong --report out             a family; a page for the browser, out/index.html
       warpcheck verify --list                         what there is
       warpcheck calibrate --runs 1k                   false alarms of right samplers, measured
       warpcheck faults --list                         mistakes, most of them made in public
@@ -128,6 +129,7 @@ fn help_fits_a_screen() {
       warpcheck plan data/scene/cornell.toml          what the scene needs, and what is left out
 
     Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive, 130 Ctrl-C (what was done is kept).
+    Also: warpcheck completions SHELL, warpcheck man [COMMAND].
     Counts take the suffixes k, M and G. Same seed, same bits, on any number of threads.
     ");
 }
@@ -170,6 +172,7 @@ fn the_list_names_every_sampler_and_every_name_is_found() {
 fn without_times(mut report: Value) -> Value {
     for sampler in report["samplers"].as_array_mut().unwrap() {
         assert!(sampler.as_object_mut().unwrap().remove("seconds").is_some_and(|s| s.as_f64() > Some(0.0)));
+        assert!(sampler.as_object_mut().unwrap().remove("phases").is_some_and(|p| p.is_array()));
     }
     report
 }
@@ -195,9 +198,10 @@ fn verify_tells_people_and_programs() {
     }
 
     let report = json(&folder.path().join("out/run.json"));
-    let top = ["alpha", "program", "samplers", "samples", "seed", "tests", "verdict", "version"];
+    let top =
+        ["alpha", "kind", "program", "samplers", "samples", "schema_version", "seed", "tests", "verdict"];
     assert_eq!(keys(&report), top);
-    assert_eq!((&report["version"], &report["verdict"]), (&2.into(), &"pass".into()));
+    assert_eq!((&report["schema_version"], &report["verdict"]), (&3.into(), &"pass".into()));
     assert_eq!(
         (&report["seed"], &report["samples"], &report["alpha"]),
         (&1.into(), &50_000.into(), &0.001.into())
@@ -209,10 +213,13 @@ fn verify_tells_people_and_programs() {
         let all = [
             "diagnosis",
             "domain",
+            "edges",
             "findings",
             "integral",
             "name",
+            "p_by_samples",
             "per",
+            "phases",
             "power",
             "rejected",
             "replay",
@@ -515,7 +522,7 @@ fn stress_tells_what_happened_beside_what_should() {
     assert!(said.contains(&format!("pass: {rows} of {rows} rows are as they should be")), "{said}");
     assert_eq!(said.lines().filter(|line| line.starts_with("ok ")).count(), rows, "{said}");
     let report = json(&folder.path().join("run.json"));
-    assert_eq!((&report["version"], &report["ok"]), (&1.into(), &true.into()));
+    assert_eq!((&report["schema_version"], &report["ok"]), (&2.into(), &true.into()));
     let found = report["rows"].as_array().unwrap();
     assert_eq!(found.len(), rows);
     for row in found {

@@ -170,7 +170,7 @@ fn the_command_leaves_plot_table_and_sheet() {
     assert_eq!(csv.lines().count(), 1 + 2 * 5, "{csv}");
     assert!(csv.lines().all(|line| line.split(',').count() == 11), "{csv}");
     let json: serde_json::Value = serde_json::from_slice(&fs::read(out.join("c.json")).unwrap()).unwrap();
-    assert_eq!((json["version"].as_u64(), json["strategies"].as_array().unwrap().len()), (Some(1), 2));
+    assert_eq!((json["schema_version"].as_u64(), json["strategies"].as_array().unwrap().len()), (Some(2), 2));
     assert!(fs::read_to_string(out.join("stamp-converge.svg")).unwrap().contains("slope -1/2"));
     let sheet = image::open(out.join("stamp-converge-sheet.png")).unwrap();
     assert!(sheet.width() > 512);

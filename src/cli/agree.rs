@@ -1,6 +1,6 @@
 //! `warpcheck agree`: strategies against one another and against a reference.
 
-use super::common::{self, DEFAULT_OUT, OutputFolder, print};
+use super::common::{self, DEFAULT_OUT, OutputFolder, ReportArgument, print};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -44,6 +44,8 @@ pub struct Arguments {
     /// Also write everything that was found as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgument,
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
@@ -60,6 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     arguments.json.as_deref().map(|file| common::output_file(file, &arguments.out)).transpose()?;
     let _folder = OutputFolder::make(&arguments.out)?;
     let stem = common::stem(&arguments.scene);
+    let dossier = arguments.report.begin(format!("{stem}: do strategies agree?"))?;
     let bar = common::progress(u64::from(arguments.spp) * strategies.len() as u64, "passes");
     let mut estimates = Vec::new();
     for &strategy in &strategies {
@@ -93,6 +96,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let json = format!("{:#}\n", report::accord_to_json(&accord, &estimates, arguments.seed));
         write_atomically(file, |out| out.write_all(json.as_bytes()))?;
     }
+    common::finish(dossier, |page| {
+        page.fact("scene", format!("{stem}, {} x {}", scene.picture.width, scene.picture.height))
+            .fact("seed", arguments.seed.to_string())
+            .fact("samples a pixel", arguments.spp.to_string())
+            .accord(&stem, &accord, &estimates);
+    })?;
     Ok(match accord.judgement() {
         _ if stopped => ExitCode::from(130),
         Judgement::Agree => ExitCode::SUCCESS,

@@ -1,6 +1,6 @@
 //! `warpcheck calibrate`: how often right samplers fail, beside how often they may.
 
-use super::common::{self, DEFAULT_OUT, OutputFolder, print};
+use super::common::{self, DEFAULT_OUT, OutputFolder, ReportArgument, print};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::path::PathBuf;
@@ -48,6 +48,8 @@ pub struct Arguments {
     /// Also write everything that was measured as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgument,
     /// Folder of the shipped maps and meshes
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
@@ -60,6 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let stop = common::stop_on_ctrl_c();
     arguments.json.as_deref().map(|file| common::output_file(file, &arguments.out)).transpose()?;
     let _folder = OutputFolder::make(&arguments.out)?;
+    let mut dossier = arguments.report.begin("How often right samplers fail")?;
     let make = |entry: &Entry| entry.make().with_context(|| format!("can't make the sampler {}", entry.name));
     let subjects = chosen.iter().map(|(entry, _)| make(entry)).collect::<Result<Vec<Box<dyn Subject>>>>()?;
     let candidates: Vec<Candidate<'_>> = chosen
@@ -100,6 +103,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let json = format!("{:#}\n", report::calibration_to_json(&calibration));
         write_atomically(file, |out| out.write_all(json.as_bytes()))?;
     }
+    if let Some(dossier) = &mut dossier {
+        dossier.page.calibration(&calibration).context("can't draw the plot")?;
+    }
+    common::finish(dossier, |_| {})?;
     Ok(match calibration.holds() {
         _ if stopped => ExitCode::from(130),
         false => ExitCode::from(1),

@@ -4,12 +4,14 @@ use anyhow::{Context, Result, bail};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::time::Instant;
 use warpcheck::catalogue::{self, Entry};
 use warpcheck::estimator::{LightSampling, Selection};
 use warpcheck::picture::{Picture, Tone};
 use warpcheck::report::Style;
+use warpcheck::report::html::{GENERATOR, Page};
 use warpcheck::sampler::Placement;
 use warpcheck::scene::{Display, Scene};
 
@@ -132,6 +134,77 @@ pub fn choose<'a>(entries: &'a [Entry], names: &[String]) -> Result<Vec<&'a Entr
     Ok(chosen)
 }
 
+/// The page that every command offers.
+#[derive(clap::Args, Default)]
+pub struct ReportArgument {
+    /// Also write all of it as a page for the browser, DIR/index.html
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+}
+
+impl ReportArgument {
+    /// A page to be filled, if one is wanted; finds out now whether it can be written.
+    pub fn begin(&self, title: impl Into<String>) -> Result<Option<Dossier>> {
+        self.report.as_deref().map(|folder| Dossier::begin(folder, title)).transpose()
+    }
+}
+
+/// A page that is being filled, and where it goes.
+pub struct Dossier {
+    pub page: Page,
+    folder: PathBuf,
+    start: Instant,
+    _made: OutputFolder,
+}
+
+impl Dossier {
+    /// A page for this folder, which is made. Refuses to take the place of a page that isn't ours.
+    pub fn begin(folder: &Path, title: impl Into<String>) -> Result<Self> {
+        let file = folder.join("index.html");
+        if let Ok(there) = std::fs::read(&file) {
+            let ours = there.windows(GENERATOR.len()).take(4096).any(|bytes| bytes == GENERATOR.as_bytes());
+            if !ours {
+                bail!(
+                    "{} was not made by warpcheck, and is not replaced; name another folder",
+                    file.display()
+                );
+            }
+        }
+        let made = OutputFolder::make(folder)?;
+        let mut page = Page::new(title);
+        page.fact(
+            "command",
+            std::iter::once("warpcheck".into()).chain(std::env::args().skip(1)).collect::<Vec<_>>().join(" "),
+        );
+        Ok(Self { page, folder: folder.to_owned(), start: Instant::now(), _made: made })
+    }
+
+    /// Writes it and says where.
+    pub fn finish(mut self) -> Result<()> {
+        self.page.fact("time of the whole run", format!("{:.1} s", self.start.elapsed().as_secs_f64()));
+        let file = self.page.write(&self.folder)?;
+        say(&format!("report: {}\n", file.display()))
+    }
+}
+
+/// Adds to the page, if there is one, and writes it.
+pub fn finish(dossier: Option<Dossier>, fill: impl FnOnce(&mut Page)) -> Result<()> {
+    let Some(mut dossier) = dossier else { return Ok(()) };
+    fill(&mut dossier.page);
+    dossier.finish()
+}
+
+/// Whether [`print`] says nothing: what the main command adds to its page is told there alone.
+static MUTE: AtomicBool = AtomicBool::new(false);
+
+/// Does something without a word on standard output.
+pub fn quietly<T>(act: impl FnOnce() -> T) -> T {
+    MUTE.store(true, Ordering::Relaxed);
+    let done = act();
+    MUTE.store(false, Ordering::Relaxed);
+    done
+}
+
 /// The folders that were made for output. Those that nothing was put into go again with this value.
 #[must_use]
 pub struct OutputFolder(Vec<PathBuf>);
@@ -183,6 +256,10 @@ pub fn output_file(file: &Path, made: &Path) -> Result<()> {
 
 /// To standard output; a reader that has seen enough (`| head`) is no error.
 pub fn print(text: &str) -> Result<()> {
+    if MUTE.load(Ordering::Relaxed) { Ok(()) } else { say(text) }
+}
+
+fn say(text: &str) -> Result<()> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("can't write the result"),
@@ -190,9 +267,13 @@ pub fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Set by Ctrl-C. A second Ctrl-C ends the program at once.
+/// Set by Ctrl-C, the same for all who ask. A second Ctrl-C ends the program at once.
 pub fn stop_on_ctrl_c() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
+    static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+    if let Some(stop) = STOP.get() {
+        return Arc::clone(stop);
+    }
+    let stop = Arc::clone(STOP.get_or_init(Arc::default));
     let flag = Arc::clone(&stop);
     let handler = move || {
         if flag.swap(true, Ordering::Relaxed) {

@@ -1,14 +1,17 @@
 //! `warpcheck converge`: error against run time, strategy by strategy.
 
-use super::common::{self, DEFAULT_OUT, OutputFolder, print};
+use super::common::{self, DEFAULT_OUT, OutputFolder, ReportArgument, print};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use warpcheck::estimator::{self, Budget, Clock, Experiment, Lights, Strategy, Truth, convergence};
+use warpcheck::estimator::{
+    self, Budget, Clock, Convergence, Experiment, Lights, Settings, Strategy, Truth, convergence, render,
+};
 use warpcheck::picture::{Picture, write_atomically, write_png};
+use warpcheck::report::html::{Group, Page};
 use warpcheck::report::{self, AtEqualTime};
 use warpcheck::scene::Scene;
 
@@ -44,9 +47,16 @@ pub struct Arguments {
     /// Also write everything that was measured as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgument,
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    onto(arguments, None)
+}
+
+/// With what was found put onto a page of somebody else's, if there is one.
+pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> {
     let clock = Clock::start();
     let scene = Scene::load(&arguments.scene)?;
     let lights = Lights::load(&scene)?;
@@ -59,6 +69,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let stop = common::stop_on_ctrl_c();
     arguments.json.as_deref().map(|file| common::output_file(file, &arguments.out)).transpose()?;
     let _folder = OutputFolder::make(&arguments.out)?;
+    let stem = common::stem(&arguments.scene);
+    let dossier = match page {
+        Some(_) => None,
+        None => arguments.report.begin(format!("{stem}: error against run time"))?,
+    };
     let bar = common::progress(1, "passes");
     bar.set_message("converging");
     let mine = bar.clone();
@@ -79,7 +94,6 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     };
     let found = convergence(&scene, &lights, &plan);
     bar.finish_and_clear();
-    let stem = common::stem(&arguments.scene);
     let out = |ending: &str| arguments.out.join(format!("{}-converge{ending}", common::file_stem(&stem)));
     let stopped = |done: &str| print(&format!("stopped: {done}\n"));
     if found.curves.iter().all(|c| c.rungs.is_empty()) {
@@ -100,9 +114,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     print(&format!("\nplot: {}; figures: {}\n", out(".svg").display(), out(".csv").display()))?;
     if found.stopped {
+        common::finish(dossier, |page| {
+            page.says("Stopped: this is of the pictures that were measured.");
+            let _ = page.convergence(&stem, &found, setup, &[], &[], common::tone(&scene));
+        })?;
         stopped("what is above is of the pictures that were measured; no contact sheet")?;
         return Ok(ExitCode::from(130));
     }
+    let mut at_times = Vec::new();
     if let Some(seconds) = found.common_time() {
         let at =
             |seconds: f64| AtEqualTime { seconds, pictures: found.at_equal_time(&scene, &lights, seconds) };
@@ -110,8 +129,37 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let sheet = report::convergence_sheet(&stem, &found, &times, common::tone(&scene));
         write_png(out("-sheet.png"), &sheet)?;
         print(&format!("contact sheet: {}\n", out("-sheet.png").display()))?;
+        at_times = times.into();
+    }
+    if page.is_some() || dossier.is_some() {
+        let equal = equal_samples(&scene, &lights, &found, arguments.seed);
+        let fill = |page: &mut Page| {
+            page.convergence(&stem, &found, setup, &at_times, &equal, common::tone(&scene)).map(|_| ())
+        };
+        let mut drawn = page.map_or(Ok(()), fill);
+        common::finish(dossier, |page| {
+            page.fact("seed", arguments.seed.to_string())
+                .fact("pictures of each strategy", arguments.seeds.to_string());
+            drawn = fill(page);
+        })?;
+        drawn.context("can't draw the plot")?;
     }
     Ok(if stop.load(Ordering::Relaxed) { ExitCode::from(130) } else { ExitCode::SUCCESS })
+}
+
+/// A picture by every strategy with the same number of samples: the least that all of them had.
+fn equal_samples(scene: &Scene, lights: &Lights, found: &Convergence, seed: u64) -> Vec<Group> {
+    let Some(spp) =
+        found.curves.iter().map(|c| c.last().map_or(0, |rung| rung.passes)).min().filter(|n| *n > 0)
+    else {
+        return Vec::new();
+    };
+    let films = found.curves.iter().map(|curve| {
+        let rendered = render(scene, lights, curve.strategy, Settings { spp, seed }, |_| true);
+        let caption = format!("{:.2} s", rendered.time.as_secs_f64());
+        (curve.strategy.to_string(), caption, rendered.film)
+    });
+    vec![Group { name: format!("{spp} samples a pixel"), note: String::new(), films: films.collect() }]
 }
 
 /// A long run, a picture of the scene's size, or the same radiance everywhere.

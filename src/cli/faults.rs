@@ -1,6 +1,6 @@
 //! `warpcheck faults`: the battery on broken samplers, each beside its correct twin.
 
-use super::common::{self, DEFAULT_OUT, print};
+use super::common::{self, DEFAULT_OUT, ReportArgument, print};
 use anyhow::{Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,9 @@ use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use warpcheck::fault::{self, Fault, Plan, Twin};
 use warpcheck::picture::write_atomically;
+use warpcheck::report::html::Page;
 use warpcheck::report::{self, Twins};
+use warpcheck::verify::Verdict;
 
 #[derive(Args)]
 pub struct Arguments {
@@ -35,9 +37,16 @@ pub struct Arguments {
     /// Also write everything that was found as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgument,
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    onto(arguments, None)
+}
+
+/// With what was found put onto a page of somebody else's, if there is one.
+pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> {
     let faults = choose(&arguments.names)?;
     if arguments.list {
         let lines: String = faults
@@ -71,6 +80,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         arguments.alpha,
         faults.len() + twins.len(),
     );
+    let dossier =
+        if page.is_some() { None } else { arguments.report.begin("Faults, and what catches them")? };
     let stop = common::stop_on_ctrl_c();
     let bar = common::progress((faults.len() + twins.len()) as u64, "specimens");
     let mut outcomes = Vec::new();
@@ -105,12 +116,22 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let score = fault::Score::of(&outcomes);
     // Four fifths of the whole collection; a part of it may be all that is left.
     let enough = !arguments.names.is_empty() || 5 * score.diagnosed >= 4 * score.faults;
+    let good = score.caught == score.faults && enough && found.rejected.is_empty();
+    if let Some(page) = page {
+        page.faults(&outcomes, &found, &plan);
+    }
+    common::finish(dossier, |page| {
+        page.judged(if good { Verdict::Pass } else { Verdict::Fail })
+            .says(format!("{} of {} faults were examined.", outcomes.len(), faults.len()))
+            .fact("false alarms of twins, at most", format!("{:?}", arguments.alpha))
+            .faults(&outcomes, &found, &plan);
+    })?;
     Ok(match () {
         () if stop.load(Ordering::Relaxed) => {
             print(&format!("stopped: {} of {} faults were examined\n", outcomes.len(), faults.len()))?;
             ExitCode::from(130)
         }
-        () if score.caught == score.faults && enough && found.rejected.is_empty() => ExitCode::SUCCESS,
+        () if good => ExitCode::SUCCESS,
         () => ExitCode::from(1),
     })
 }

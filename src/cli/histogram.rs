@@ -1,19 +1,20 @@
 //! `warpcheck histogram`: draws samples and writes their histogram, of an environment map or of any sampler that ships.
 
-use super::common::{self, DEFAULT_OUT, OutputFolder};
+use super::common::{self, DEFAULT_OUT, OutputFolder, ReportArgument};
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use warpcheck::catalogue::{self, HistogramFigure};
 use warpcheck::domain::{Domain, Space, Sphere};
 use warpcheck::histogram::{Histogram, claimed_density};
-use warpcheck::picture::{Compression, Picture, Planes, Tone, write_planes, write_png};
+use warpcheck::picture::{Compression, Picture, Planes, Tone, write_atomically, write_planes, write_png};
 use warpcheck::random::{fill_unit, stream};
-use warpcheck::report::{EnvironmentFigure, environment_sheet, histogram_sheet};
+use warpcheck::report::html::{EnvironmentStop, Page};
+use warpcheck::report::{self, EnvironmentFigure, environment_sheet, histogram_sheet};
 use warpcheck::sampler::{Environment, RowWarp, Sampler, UniformSphere, luminance};
 use warpcheck::verify::Settings;
 
@@ -36,9 +37,14 @@ pub struct Arguments {
     /// Folder for pictures
     #[arg(long, value_name = "DIR", default_value = DEFAULT_OUT)]
     out: PathBuf,
+    /// Also write what was drawn as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
     /// Folder of the shipped maps and meshes
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgument,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -57,6 +63,11 @@ const UNIFORM: u64 = 10_000_000;
 const DOTS: usize = 1500;
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    onto(arguments, None)
+}
+
+/// With what was found put onto a page of somebody else's, if there is one.
+pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> {
     let file = Path::new(&arguments.target);
     let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let is_file = file.exists() || ["hdr", "exr", "pic"].contains(&extension.as_str());
@@ -64,15 +75,31 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     counts.sort_unstable();
     counts.dedup();
     let run = Run::new(arguments, &counts);
+    arguments.json.as_deref().map(|file| common::output_file(file, &arguments.out)).transpose()?;
+    let mut drawn: Vec<(Histogram, Duration)> = Vec::new();
     if is_file {
         let map = Map::read(file, arguments)?;
         let _folder = OutputFolder::make(&arguments.out)?;
+        let dossier = match page {
+            Some(_) => None,
+            None => arguments.report.begin(format!("Samples of the map {}", map.name))?,
+        };
+        let wanted = page.is_some() || dossier.is_some();
+        let mut stops = Vec::new();
         for &samples in &counts {
             if run.stopped() {
                 break;
             }
-            map.draw(&run, samples)?;
+            stops.extend(map.draw(&run, samples, wanted, &mut drawn)?);
         }
+        if let (Some(page), false) = (page, stops.is_empty()) {
+            map.put(page, stops.clone());
+        }
+        common::finish(dossier, |page| {
+            page.fact("map", format!("{} x {}", map.sampler.width(), map.sampler.height()))
+                .fact("seed", arguments.seed.to_string());
+            map.put(page, stops);
+        })?;
     } else {
         let data = common::data_folder(arguments.data.as_deref())?;
         let entries = catalogue::entries(&data);
@@ -91,6 +118,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         };
         let subject = entry.make().with_context(|| format!("can't make the sampler {}", entry.name))?;
         let _folder = OutputFolder::make(&arguments.out)?;
+        let dossier = match page {
+            Some(_) => None,
+            None => arguments.report.begin(format!("Samples of {}", entry.name))?,
+        };
+        let mut figures = Vec::new();
         // Strips need no height.
         let height = arguments.height.map_or(if subject.aspect() > 2.0 { 128 } else { 256 }, |h| h as usize);
         for &samples in &counts {
@@ -102,9 +134,21 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             let path = run.path(&entry.name, figure.histogram.samples);
             write_sampler(&path, &entry.name, &figure)?;
             run.say(&figure.histogram, start, &path)?;
+            drawn.push((figure.histogram.clone(), start.elapsed()));
+            figures.push(figure);
         }
+        if let Some(page) = page {
+            page.histogram(&entry.name, &figures);
+        }
+        common::finish(dossier, |page| {
+            page.fact("seed", arguments.seed.to_string()).histogram(&entry.name, &figures);
+        })?;
     }
     run.bar.finish_and_clear();
+    if let Some(file) = &arguments.json {
+        let json = format!("{:#}\n", report::histograms_to_json(&arguments.target, arguments.seed, &drawn));
+        write_atomically(file, |out| out.write_all(json.as_bytes()))?;
+    }
     Ok(if run.stopped() { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }
 
@@ -218,41 +262,66 @@ impl Map {
         Ok(Self { name, sampler, picture, tone, width, height, target, seed: arguments.seed })
     }
 
-    fn draw(&self, run: &Run<'_>, samples: u64) -> Result<()> {
+    /// Draws and writes; what a page wants, if one does.
+    fn draw(
+        &self,
+        run: &Run<'_>,
+        samples: u64,
+        wanted: bool,
+        drawn: &mut Vec<(Histogram, Duration)>,
+    ) -> Result<Option<EnvironmentStop>> {
         let start = Instant::now();
         let settings = run.settings(samples, &self.name);
         let importance = Histogram::draw(&self.sampler, self.width, self.height, &settings);
         let path = run.path(&self.name, importance.samples);
         run.say(&importance, start, &path)?;
+        let took = start.elapsed();
         // The uniform ones are only there to be looked at.
         let settings =
             Settings { samples: importance.samples.min(UNIFORM), progress: None, stop: None, ..settings };
         let uniform = Histogram::draw(&UniformSphere, self.width, self.height, &settings);
-        let (drawn, flat) = (importance.density(&Sphere), uniform.density(&Sphere));
-        let sheet = environment_sheet(
-            &self.name,
-            &EnvironmentFigure {
-                picture: &self.picture,
-                tone: self.tone,
-                samples: importance.samples,
-                uniform_samples: uniform.samples,
-                uniform: &flat,
-                importance: &drawn,
-                target: &self.target,
-                uniform_dots: &dots(&UniformSphere, self.seed),
-                importance_dots: &dots(&self.sampler, self.seed),
-            },
-        );
+        let (density, flat) = (importance.density(&Sphere), uniform.density(&Sphere));
+        let dots = [dots(&UniformSphere, self.seed), dots(&self.sampler, self.seed)];
+        let figure = EnvironmentFigure {
+            samples: importance.samples,
+            uniform_samples: uniform.samples,
+            uniform: &flat,
+            importance: &density,
+            ..self.figure(&dots)
+        };
+        let sheet = environment_sheet(&self.name, &figure);
+        let stop = wanted.then(|| EnvironmentStop::new(&self.name, &figure));
         let claimed = claimed_density(&self.sampler, self.width, self.height);
         let figures = [
-            ("importance", drawn.as_slice()),
+            ("importance", density.as_slice()),
             ("uniform", &flat),
             ("claimed", &claimed),
             ("target", &self.target),
         ];
         write_planes(common::with_extension(&path, "exr"), &planes(&importance, figures)?, Compression::Zip)?;
         write_png(common::with_extension(&path, "png"), &sheet)?;
-        Ok(())
+        drawn.push((importance, took));
+        Ok(stop)
+    }
+
+    /// The map with dots on it, and no histograms.
+    fn figure<'a>(&'a self, dots: &'a [Vec<[f64; 2]>; 2]) -> EnvironmentFigure<'a> {
+        EnvironmentFigure {
+            picture: &self.picture,
+            tone: self.tone,
+            samples: 0,
+            uniform_samples: 0,
+            uniform: &[],
+            importance: &[],
+            target: &self.target,
+            uniform_dots: &dots[0],
+            importance_dots: &dots[1],
+        }
+    }
+
+    fn put(&self, page: &mut Page, stops: Vec<EnvironmentStop>) {
+        let dots = [dots(&UniformSphere, self.seed), dots(&self.sampler, self.seed)];
+        page.environment(&self.name, &self.figure(&dots), stops);
     }
 }
 

@@ -4,7 +4,9 @@ mod agree;
 mod calibrate;
 mod check;
 mod common;
+mod completions;
 mod converge;
+mod everything;
 mod faults;
 mod histogram;
 mod plan;
@@ -17,7 +19,7 @@ use std::process::ExitCode;
 
 /// Find out whether Monte Carlo samplers are right, and how good they are.
 ///
-/// Without a command: verifies every sampler that ships.
+/// Without a command: verifies every sampler that ships, and makes a report.
 #[derive(Parser)]
 #[command(name = "warpcheck", version, max_term_width = 100, after_help = AFTER_HELP)]
 struct Cli {
@@ -47,12 +49,19 @@ enum Command {
     Agree(agree::Arguments),
     /// Show what a scene needs and what is left out, and why
     Plan(plan::Arguments),
+    /// Print what a shell needs to complete commands and options
+    #[command(hide = true)]
+    Completions(completions::Arguments),
+    /// Print the manual page, of a command if one is named
+    #[command(hide = true)]
+    Man(completions::ManArguments),
 }
 
 const AFTER_HELP: &str = "\
 Examples:
-  warpcheck                                       verify all that ships, pictures in warpcheck-out/
+  warpcheck                                       verify all that ships: warpcheck-out/index.html
   warpcheck verify environment --samples 10M      the environment maps only, with more samples
+  warpcheck verify phong --report out             a family; a page for the browser, out/index.html
   warpcheck verify --list                         what there is
   warpcheck check --sampler 'python3 mine.py'     a sampler that is not in Rust (docs/protocol.md)
   warpcheck check dirs.npy --domain sphere        samples x,y,z,pdf from NumPy
@@ -70,6 +79,7 @@ Examples:
   warpcheck plan data/scene/cornell.toml          what the scene needs, and what is left out
 
 Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive, 130 Ctrl-C (what was done is kept).
+Also: warpcheck completions SHELL, warpcheck man [COMMAND].
 Counts take the suffixes k, M and G. Same seed, same bits, on any number of threads.";
 
 /// Runs the program.
@@ -83,7 +93,7 @@ pub fn run() -> ExitCode {
         }
     };
     let result = match cli.command {
-        None => verify::run(&verify::Arguments::default()),
+        None => everything::run(),
         Some(Command::Verify(arguments)) => verify::run(&arguments),
         Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Calibrate(arguments)) => calibrate::run(&arguments),
@@ -94,6 +104,8 @@ pub fn run() -> ExitCode {
         Some(Command::Converge(arguments)) => converge::run(&arguments),
         Some(Command::Agree(arguments)) => agree::run(&arguments),
         Some(Command::Plan(arguments)) => plan::run(&arguments),
+        Some(Command::Completions(arguments)) => completions::run(&arguments),
+        Some(Command::Man(arguments)) => completions::man(&arguments),
     };
     result.unwrap_or_else(|error| {
         eprintln!("warpcheck: {}", common::sentence(&error));

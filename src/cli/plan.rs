@@ -1,6 +1,6 @@
 //! `warpcheck plan`: what a scene needs, what is left out, and why.
 
-use super::common::{self, LightArguments};
+use super::common::{self, LightArguments, ReportArgument};
 use anyhow::Result;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use warpcheck::estimator::{Plan, Strategy};
 use warpcheck::picture::write_atomically;
 use warpcheck::report;
+use warpcheck::report::html::Page;
 
 #[derive(Args)]
 pub struct Arguments {
@@ -21,10 +22,19 @@ pub struct Arguments {
     /// Also write the plan as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgument,
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    onto(arguments, None)
+}
+
+/// With what was found put onto a page of somebody else's, if there is one.
+pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> {
     arguments.json.as_deref().map(|file| common::output_file(file, Path::new(""))).transpose()?;
+    let stem = common::stem(&arguments.scene);
+    let dossier = if page.is_some() { None } else { arguments.report.begin(format!("{stem}: the plan"))? };
     let scene = arguments.lights.scene(&arguments.scene)?;
     let plan = Plan::of(&scene, &arguments.strategy, arguments.lights.sampling())?;
     common::print(&report::plan_table(&plan))?;
@@ -32,5 +42,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let json = format!("{:#}\n", report::plan_to_json(&plan));
         write_atomically(file, |out| out.write_all(json.as_bytes()))?;
     }
+    if let Some(page) = page {
+        page.plan(&stem, &plan);
+    }
+    common::finish(dossier, |page| {
+        let strategies: Vec<String> = arguments.strategy.iter().map(ToString::to_string).collect();
+        page.fact("strategies", strategies.join(", ")).plan(&stem, &plan);
+    })?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,13 +1,16 @@
 //! `warpcheck render`: a scene with one strategy or several, progressively, and the contact sheet of them all.
 
-use super::common::{self, DEFAULT_OUT, LightArguments, OutputFolder};
+use super::common::{self, DEFAULT_OUT, LightArguments, OutputFolder, ReportArgument};
 use anyhow::{Result, bail};
 use clap::Args;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use warpcheck::estimator::{Integrator, Plan, Progress, Rendered, Settings, Strategy, render};
-use warpcheck::picture::{Canvas, Sheet, Tile, write_exr, write_png};
+use warpcheck::picture::{Canvas, Sheet, Tile, write_atomically, write_exr, write_png};
+use warpcheck::report;
+use warpcheck::report::html::Group;
 use warpcheck::scene::Scene;
 
 #[derive(Args)]
@@ -47,6 +50,11 @@ pub struct Arguments {
     /// Folder for pictures
     #[arg(long, value_name = "DIR", default_value = DEFAULT_OUT)]
     out: PathBuf,
+    /// Also write what was rendered as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgument,
 }
 
 /// The most samples a pixel.
@@ -102,10 +110,17 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if let Some(done) = resumed.as_ref().filter(|done| done.passes > most) {
         bail!("the film has {} passes already, more than --spp {most}", done.passes);
     }
+    arguments.json.as_deref().map(|file| common::output_file(file, &arguments.out)).transpose()?;
+    let mut made = Vec::new();
     let stop = common::stop_on_ctrl_c();
     let _folder = OutputFolder::make(&arguments.out)?;
     let bar = common::progress(u64::from(most) * strategies.len() as u64, "passes");
     let stem = common::stem(&arguments.scene);
+    let dossier = arguments
+        .report
+        .begin(format!("{stem}: {}", if strategies.len() > 1 { "strategies" } else { "a picture" }))?;
+    // Pictures by their place among the counts: those of one count are laid over one another.
+    let mut groups: BTreeMap<u32, Group> = BTreeMap::new();
     let mut sheet = Sheet::new(format!("{stem}: strategies at equal samples"))
         .notes(format!(
             "{} x {} pixels, seed {}; direct light only",
@@ -135,6 +150,22 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 let canvas = write(&scene, &rendered, &path)?;
                 bar.suspend(|| say(&rendered, &path))?;
                 let seconds = rendered.time.as_secs_f64();
+                if arguments.json.is_some() {
+                    made.push(rendered.clone());
+                }
+                if dossier.is_some() {
+                    let group = groups.entry(spp).or_insert_with(|| Group {
+                        name: if open_ended && spp == most {
+                            "as many samples as --time and --error let".into()
+                        } else {
+                            format!("{spp} samples a pixel")
+                        },
+                        note: String::new(),
+                        films: Vec::new(),
+                    });
+                    let caption = format!("{} samples a pixel, {seconds:.2} s", rendered.passes);
+                    group.films.push((strategy.to_string(), caption, rendered.film.clone()));
+                }
                 tiles.push(Tile::new(canvas).caption(match rendered.passes < spp {
                     true => format!("stopped after {} spp, {seconds:.1} s", rendered.passes),
                     false => format!("{seconds:.1} s"),
@@ -163,6 +194,21 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         write_png(&path, &sheet.draw())?;
         common::print(&format!("contact sheet: {}\n", path.display()))?;
     }
+    if let Some(file) = &arguments.json {
+        let json = format!("{:#}\n", report::renders_to_json(&stem, arguments.seed, &made));
+        write_atomically(file, |out| out.write_all(json.as_bytes()))?;
+    }
+    common::finish(dossier, |page| {
+        let (width, height) = (scene.picture.width, scene.picture.height);
+        page.fact("scene", format!("{stem}, {width} x {height}"))
+            .fact("seed", arguments.seed.to_string())
+            .says("Direct light only. Standard errors are those that the films claim, from the scatter of their samples.");
+        if stop.load(Ordering::Relaxed) {
+            page.says("Stopped: this is what was rendered until then.");
+        }
+        page.renders(&stem, &groups.into_values().collect::<Vec<_>>(), common::tone(&scene))
+            .plan(&stem, &plan);
+    })?;
     Ok(if stop.load(Ordering::Relaxed) { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }
 

@@ -1,6 +1,6 @@
 //! `warpcheck stress`: inputs that break `f32`, and what happens beside what should.
 
-use super::common::{self, print};
+use super::common::{self, ReportArgument, print};
 use anyhow::Result;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use warpcheck::picture::write_atomically;
 use warpcheck::report;
+use warpcheck::report::html::Page;
 use warpcheck::stress::{self, Component, Row};
 
 #[derive(Args)]
@@ -20,12 +21,19 @@ pub struct Arguments {
     /// Also write everything that was found as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgument,
     /// List the rows, and do nothing
     #[arg(long)]
     list: bool,
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    onto(arguments, None)
+}
+
+/// With what was found put onto a page of somebody else's, if there is one.
+pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> {
     let wanted = |row: &Row| {
         let named = arguments.components.is_empty() || arguments.components.contains(&row.component);
         named && !(arguments.quick && row.heavy)
@@ -35,6 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         return list(&rows);
     }
     arguments.json.as_deref().map(|file| common::output_file(file, Path::new(""))).transpose()?;
+    let dossier = if page.is_some() { None } else { arguments.report.begin("Extreme inputs")? };
     let stop = common::stop_on_ctrl_c();
     let total = rows.len();
     let bar = common::progress(total as u64, "rows");
@@ -56,6 +65,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let json = format!("{:#}\n", report::stress_to_json(&done));
         write_atomically(file, |out| out.write_all(json.as_bytes()))?;
     }
+    if let Some(page) = page {
+        page.stress(&done);
+    }
+    common::finish(dossier, |page| {
+        page.says(format!("{} of {total} rows were run.", done.len())).stress(&done);
+    })?;
     Ok(match done.iter().all(|(_, outcome)| outcome.is_ok()) {
         _ if stopped => ExitCode::from(130),
         false => ExitCode::from(1),

@@ -1,6 +1,6 @@
 //! `warpcheck verify`: the battery on all shipped samplers, or those named.
 
-use super::common::{self, DEFAULT_OUT, OutputFolder, print};
+use super::common::{self, DEFAULT_OUT, OutputFolder, ReportArgument, print};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::path::PathBuf;
@@ -10,6 +10,7 @@ use std::sync::atomic::Ordering;
 use warpcheck::catalogue::{self, Entry};
 use warpcheck::picture::{Compression, write_atomically, write_planes, write_png};
 use warpcheck::report;
+use warpcheck::report::html::Page;
 use warpcheck::verify::{Report, Settings, Verdict};
 
 #[derive(Args)]
@@ -34,6 +35,9 @@ pub struct Arguments {
     /// Leave out a check (may be given again)
     #[arg(long, value_name = "CHECK")]
     without: Vec<String>,
+    /// A line for each sampler, however many there are
+    #[arg(long)]
+    long: bool,
     /// List the checks, and do nothing
     #[arg(long)]
     checks: bool,
@@ -43,6 +47,8 @@ pub struct Arguments {
     /// Also write everything that was found as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    report: ReportArgument,
     /// List the samplers that ship, and do nothing
     #[arg(long)]
     list: bool,
@@ -53,6 +59,9 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
 }
+
+/// Samplers up to which each has a line; of more, those of a family that passed share one, so that all fits a screen.
+const SHORT: usize = 24;
 
 impl Default for Arguments {
     fn default() -> Self {
@@ -65,8 +74,10 @@ impl Default for Arguments {
             time: None,
             without: Vec::new(),
             checks: false,
+            long: false,
             out: DEFAULT_OUT.into(),
             json: None,
+            report: ReportArgument::default(),
             list: false,
             allow_inconclusive: false,
             data: None,
@@ -75,6 +86,11 @@ impl Default for Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    onto(arguments, None)
+}
+
+/// With what was found put onto a page of somebody else's, if there is one.
+pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> {
     if arguments.checks {
         return list_checks();
     }
@@ -95,6 +111,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let stop = common::stop_on_ctrl_c();
     arguments.json.as_deref().map(|file| common::output_file(file, &arguments.out)).transpose()?;
     let _folder = OutputFolder::make(&arguments.out)?;
+    let dossier = match page {
+        Some(_) => None,
+        None => arguments.report.begin(match arguments.names.as_slice() {
+            [] => "Samplers that ship".to_owned(),
+            names if names.len() > 3 => format!("Samplers: {} and {} more", names[0], names.len() - 1),
+            names => format!("Samplers: {}", names.join(", ")),
+        })?,
+    };
     let bar = common::progress(chosen.len() as u64 * arguments.samples, "samples");
     let mut settings = Settings {
         samples: arguments.samples,
@@ -136,7 +160,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             "warpcheck verify {name} --samples {samples} --seed {seed} --alpha {alpha:?}{anytime}{without}{data}"
         )
     };
-    print(&report::table(&report, common::style(), replay))?;
+    let table = match arguments.long || chosen.len() <= SHORT {
+        true => report::table(&report, common::style(), replay),
+        false => report::table_by_family(&report, common::style(), replay),
+    };
+    print(&table)?;
     if stopped {
         print(&format!(
             "stopped: {} of {} samplers were examined\n",
@@ -149,6 +177,19 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let json = format!("{:#}\n", report::to_json(&report, replay));
         write_atomically(file, |out| out.write_all(json.as_bytes()))?;
     }
+    if let Some(page) = page {
+        page.verify(&report, replay);
+    }
+    common::finish(dossier, |page| {
+        if stopped {
+            page.says(format!(
+                "Stopped: {} of {} samplers were examined.",
+                report.examinations.len(),
+                chosen.len()
+            ));
+        }
+        page.verify(&report, replay);
+    })?;
     Ok(match report.verdict() {
         _ if stopped => ExitCode::from(130),
         Verdict::Fail => ExitCode::from(1),

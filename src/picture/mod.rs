@@ -62,7 +62,7 @@ pub use resize::Shrink;
 pub use scale::{Scale, Tick};
 pub use sheet::{Sheet, Tile};
 pub use tone::{Tone, decode_srgb, encode_gamma, encode_srgb, expose, log_position, quantise};
-pub use write::{Compression, write_exr, write_planes, write_png};
+pub use write::{Compression, encode_indexed_png, encode_png, write_exr, write_planes, write_png};
 
 /// The most texels that a file may announce: 2^27, enough for 16384 x 8192.
 pub const MAX_TEXELS: u64 = 1 << 27;

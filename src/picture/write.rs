@@ -1,5 +1,6 @@
 //! Writing pictures, each whole or not at all, the same bytes for the same picture.
 
+use std::collections::HashMap;
 use std::io::{self, Cursor};
 use std::path::Path;
 
@@ -35,6 +36,52 @@ pub fn write_png(path: impl AsRef<Path>, canvas: &Canvas) -> Result<(), Error> {
             .write_image(canvas.pixels().as_flattened(), width, height, ExtendedColorType::Rgb8)
             .map_err(io::Error::other)
     })
+}
+
+/// The bytes of an 8-bit RGB PNG, packed as tightly as is usual.
+///
+/// # Panics
+/// If a side has more than 2^31 pixels.
+pub fn encode_png(canvas: &Canvas) -> Vec<u8> {
+    pack(canvas, png::ColorType::Rgb, None, canvas.pixels().as_flattened())
+}
+
+/// The bytes of a PNG with a palette, a third of the size; `None` if it has more than 256 colours.
+///
+/// ```
+/// use warpcheck::picture::{Canvas, encode_indexed_png};
+/// assert!(encode_indexed_png(&Canvas::filled(8, 8, [1, 2, 3])).is_some_and(|png| png.starts_with(b"\x89PNG")));
+/// ```
+pub fn encode_indexed_png(canvas: &Canvas) -> Option<Vec<u8>> {
+    let mut places = HashMap::new();
+    let mut palette: Vec<u8> = Vec::new();
+    let indices = canvas.pixels().iter().map(|pixel| {
+        let next = places.len();
+        let index = *places.entry(*pixel).or_insert(next);
+        if index == next {
+            palette.extend(pixel);
+        }
+        u8::try_from(index).ok()
+    });
+    let indices: Vec<u8> = indices.collect::<Option<_>>()?;
+    Some(pack(canvas, png::ColorType::Indexed, Some(palette), &indices))
+}
+
+fn pack(canvas: &Canvas, colour: png::ColorType, palette: Option<Vec<u8>>, bytes: &[u8]) -> Vec<u8> {
+    let side = |n: usize| u32::try_from(n).expect("a canvas of less than 2^31 pixels a side");
+    let mut out = Vec::new();
+    let mut encoder = png::Encoder::new(&mut out, side(canvas.width()), side(canvas.height()));
+    encoder.set_color(colour);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::High);
+    // Neighbouring indices of a palette don't predict each other.
+    if let Some(palette) = palette {
+        encoder.set_palette(palette);
+        encoder.set_filter(png::Filter::NoFilter);
+    }
+    let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(bytes));
+    written.expect("memory takes everything");
+    out
 }
 
 /// Writes linear RGB as an OpenEXR file with 32-bit floats, bit for bit, ZIP-compressed.

@@ -170,7 +170,7 @@ pub fn accord_table(accord: &Accord, estimates: &[Estimate], style: Style) -> St
     out
 }
 
-/// Everything that was found. `version` grows when the meaning of a field changes.
+/// Everything that was found. `schema_version` grows when the meaning of a field changes.
 #[cfg(feature = "json")]
 pub fn accord_to_json(accord: &Accord, estimates: &[Estimate], seed: u64) -> serde_json::Value {
     use serde_json::{Value, json};
@@ -202,7 +202,8 @@ pub fn accord_to_json(accord: &Accord, estimates: &[Estimate], seed: u64) -> ser
     });
     let strategies = estimates.iter().map(|e| json!({ "name": e.name, "non_finite": e.non_finite }));
     json!({
-        "version": 1,
+        "kind": "agree",
+        "schema_version": 2,
         "program": concat!("warpcheck ", env!("CARGO_PKG_VERSION")),
         "verdict": word(accord.judgement()).0,
         "seed": seed,
@@ -223,25 +224,32 @@ fn classes(pair: &Pair) -> Vec<u64> {
     classes
 }
 
-/// For every pair the map of p-values, the map of relative differences, and the histogram of the p-values beside the uniform law.
-pub fn accord_sheet(title: &str, accord: &Accord, estimates: &[Estimate]) -> Canvas {
+/// The map of 1 / p and that of relative differences, and how they are drawn.
+pub(super) fn maps(pair: &Pair, estimates: &[Estimate]) -> [(Field, Heat); 2] {
     let p_heat = Heat { map: ColourMap::Inferno, scale: Scale::Log { floor: 1.0, max: 1e6 } };
     let difference_heat = Heat { map: ColourMap::Diverging, scale: Scale::Symmetric { limit: 0.1 } };
     let (columns, rows) = estimates.first().map_or((1, 1), |e| (e.columns, e.rows));
-    let field = |pair: &Pair, f: fn(f64, f64) -> f64| {
+    let field = |f: fn(f64, f64) -> f64| {
         Field::from_fn(columns, rows, |x, y| match pair.tiles[y * columns + x] {
             TileTest::Tested { p, difference, .. } => f(p, difference),
             TileTest::Dark | TileTest::Doubtful(_) => f64::NAN,
         })
     };
+    [(field(|p, _| 1.0 / p.max(1e-300)), p_heat), (field(|_, difference| difference), difference_heat)]
+}
+
+/// For every pair the map of p-values, the map of relative differences, and the histogram of the p-values beside the uniform law.
+pub fn accord_sheet(title: &str, accord: &Accord, estimates: &[Estimate]) -> Canvas {
+    let columns = estimates.first().map_or(1, |e| e.columns);
+    let mut legends = Vec::new();
     let mut sheet = Sheet::new(title)
         .notes("Chequered tiles have no light or were not tested. Right estimates have p-values spread evenly, and no pattern in the maps.")
         .columns(["1 / p, the least channel", "first less second", "histogram of p-values"])
         .tile_width((columns * 16).clamp(256, 512));
     for pair in &accord.pairs {
         let label = format!("{} / {}", estimates[pair.first].name, estimates[pair.second].name);
-        let p_map = field(pair, |p, _| 1.0 / p.max(1e-300));
-        let difference = field(pair, |_, difference| difference);
+        let [(p_map, p_heat), (difference, difference_heat)] = maps(pair, estimates);
+        legends = vec![p_heat.legend("1 / p"), difference_heat.legend("relative difference")];
         sheet = sheet.row(
             label,
             [
@@ -260,7 +268,7 @@ pub fn accord_sheet(title: &str, accord: &Accord, estimates: &[Estimate]) -> Can
             ],
         );
     }
-    sheet.legend(p_heat.legend("1 / p")).legend(difference_heat.legend("relative difference")).draw()
+    legends.into_iter().fold(sheet, Sheet::legend).draw()
 }
 
 /// Bars from the bottom; a line where all would end if p were uniform.

@@ -155,7 +155,7 @@ fn complaints(out: &mut String, calibration: &Calibration) {
     }
 }
 
-/// Everything that a calibration measured. `version` grows when the meaning of a field changes.
+/// Everything that a calibration measured. `schema_version` grows when the meaning of a field changes.
 ///
 /// Each p-value's distribution is given as counts of 50 classes of equal width.
 #[cfg(feature = "json")]
@@ -214,7 +214,8 @@ pub fn calibration_to_json(calibration: &Calibration) -> serde_json::Value {
     });
     let samplers = calibration.samplers.iter().map(|(name, runs)| json!({ "name": name, "runs": runs }));
     json!({
-        "version": 1,
+        "kind": "calibrate",
+        "schema_version": 2,
         "program": concat!("warpcheck ", env!("CARGO_PKG_VERSION")),
         "holds": calibration.holds(),
         "significance": SIGNIFICANCE,

@@ -203,7 +203,7 @@ pub fn convergence_to_csv(found: &Convergence) -> String {
     out
 }
 
-/// Everything that was measured. `version` grows when the meaning of a field changes.
+/// Everything that was measured. `schema_version` grows when the meaning of a field changes.
 #[cfg(feature = "json")]
 pub fn convergence_to_json(found: &Convergence, setup: Cost) -> serde_json::Value {
     use serde_json::{Value, json};
@@ -255,7 +255,8 @@ pub fn convergence_to_json(found: &Convergence, setup: Cost) -> serde_json::Valu
         None => json!({ "given": true }),
     };
     json!({
-        "version": 1,
+        "kind": "converge",
+        "schema_version": 2,
         "program": concat!("warpcheck ", env!("CARGO_PKG_VERSION")),
         "seed": found.seed,
         "seeds": found.seeds,

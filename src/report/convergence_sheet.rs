@@ -64,6 +64,6 @@ pub fn winner_map(found: &Convergence) -> Canvas {
     canvas
 }
 
-fn colour_name(i: usize) -> &'static str {
+pub(super) fn colour_name(i: usize) -> &'static str {
     PALETTE[i % PALETTE.len()].1
 }

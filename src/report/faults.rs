@@ -115,7 +115,9 @@ pub fn faults_to_json(outcomes: &[Outcome], twins: &Twins, plan: &crate::fault::
     });
     let rejected = twins.rejected.iter().map(|(name, times)| json!({ "name": name, "times": times }));
     json!({
-        "version": 1,
+        "kind": "faults",
+        "schema_version": 2,
+        "program": concat!("warpcheck ", env!("CARGO_PKG_VERSION")),
         "samples": plan.samples,
         "seed": plan.seed,
         "seeds": plan.seeds,

@@ -1,6 +1,6 @@
 //! A run as JSON, with a version, so that programs can rely on its shape.
 
-use crate::verify::{Diagnosis, Evidence, Report, Verdict};
+use crate::verify::{Diagnosis, EdgeProbe, Evidence, Report, Verdict};
 use serde_json::{Value, json};
 
 fn verdict(v: Verdict) -> String {
@@ -28,13 +28,23 @@ fn diagnosis(d: &Diagnosis) -> Value {
     })
 }
 
-/// Everything that a run found. `version` grows when the meaning of a field changes.
+fn edge(edge: &EdgeProbe) -> Value {
+    json!({
+        "variate": edge.variate,
+        "value": edge.value,
+        "point": edge.point,
+        "density": number(edge.density),
+        "wrong": edge.wrong,
+    })
+}
+
+/// Everything that a run found. `schema_version` grows when the meaning of a field changes.
 ///
 /// ```
 /// use warpcheck::sampler::UniformSphere;
 /// let report = warpcheck::verify(&UniformSphere).samples(50_000).run();
 /// let json = warpcheck::report::to_json(&report, |name| format!("warpcheck verify {name}"));
-/// assert_eq!(json["version"], 2);
+/// assert_eq!(json["schema_version"], 3);
 /// assert_eq!(json["samplers"][0]["verdict"], "pass");
 /// ```
 pub fn to_json(report: &Report, replay: impl Fn(&str) -> String) -> Value {
@@ -73,6 +83,8 @@ pub fn to_json(report: &Report, replay: impl Fn(&str) -> String) -> Value {
         let power = power
             .iter()
             .map(|p| json!({ "mass": p.mass, "relative_error": number(p.error), "probability": 0.99 }));
+        let phases =
+            e.phases.iter().map(|(name, time)| json!({ "name": name, "seconds": time.as_secs_f64() }));
         json!({
             "name": e.name,
             "domain": e.domain,
@@ -85,12 +97,16 @@ pub fn to_json(report: &Report, replay: impl Fn(&str) -> String) -> Value {
             "worst_cells": worst.collect::<Vec<_>>(),
             "power": power.collect::<Vec<_>>(),
             "diagnosis": e.diagnosis.as_ref().map_or(Value::Null, diagnosis),
+            "p_by_samples": e.history.iter().map(|l| json!({ "samples": l.samples, "p": number(l.p) })).collect::<Vec<_>>(),
+            "edges": e.edges.iter().map(edge).collect::<Vec<_>>(),
             "seconds": e.time.as_secs_f64(),
+            "phases": phases.collect::<Vec<_>>(),
             "replay": replay(&e.name),
         })
     });
     json!({
-        "version": 2,
+        "kind": "verify",
+        "schema_version": 3,
         "program": concat!("warpcheck ", env!("CARGO_PKG_VERSION")),
         "verdict": verdict(report.verdict()),
         "seed": report.seed,

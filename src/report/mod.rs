@@ -12,7 +12,11 @@ mod convergence;
 mod convergence_plot;
 #[cfg(feature = "render")]
 mod convergence_sheet;
+#[cfg(all(feature = "render", feature = "json"))]
+mod drawn;
 mod faults;
+#[cfg(feature = "html")]
+pub mod html;
 #[cfg(feature = "json")]
 mod json;
 #[cfg(any(feature = "plots", feature = "render"))]
@@ -46,11 +50,16 @@ pub use convergence::{convergence_table, convergence_to_csv, region_ratios};
 pub use convergence_plot::convergence_plot;
 #[cfg(feature = "render")]
 pub use convergence_sheet::{AtEqualTime, convergence_sheet, winner_map};
+#[cfg(all(feature = "render", feature = "json"))]
+pub use drawn::{histograms_to_json, renders_to_json};
 #[cfg(feature = "json")]
 pub use faults::faults_to_json;
 pub use faults::{Twins, fault_table};
 #[cfg(feature = "json")]
 pub use json::to_json;
+#[cfg(feature = "html")]
+#[cfg(feature = "render")]
+use pictures::dotted;
 #[cfg(feature = "render")]
 pub use pictures::{EnvironmentFigure, environment_sheet, histogram_sheet};
 #[cfg(feature = "render")]
@@ -63,4 +72,4 @@ pub use residuals::{overview_sheet, residual_planes, residual_sheet};
 pub use stress::stress_table;
 #[cfg(all(feature = "render", feature = "json"))]
 pub use stress::stress_to_json;
-pub use table::{Style, table};
+pub use table::{Style, table, table_by_family};

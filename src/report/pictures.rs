@@ -27,20 +27,7 @@ pub fn histogram_sheet(name: &str, figure: &HistogramFigure) -> Canvas {
 pub fn environment_sheet(name: &str, map: &EnvironmentFigure<'_>) -> Canvas {
     let (width, height) = (map.picture.width(), map.picture.height());
     let shown = map.tone.show(map.picture);
-    let dotted = |dots: &[[f64; 2]]| {
-        let dark = shown.pixels().iter().map(|p| p.map(|c| (f64::from(c) * 0.45) as u8)).collect();
-        let mut canvas = Canvas::new(width, height, dark).expect("the map's own shape");
-        for [x, y] in dots {
-            let (x, y) = ((x * width as f64) as isize, (y * height as f64) as isize);
-            for (dx, dy) in [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)] {
-                let (x, y) = (x + dx, y + dy);
-                if (0..width as isize).contains(&x) && (0..height as isize).contains(&y) {
-                    canvas.set(x as usize, y as usize, [90, 220, 255]);
-                }
-            }
-        }
-        canvas
-    };
+    let dotted = |dots: &[[f64; 2]]| dotted(&shown, dots);
     let field = |values: &[f64]| Field::new(width, height, values.to_vec()).expect("the map's own shape");
     let [uniform, target, importance] = [map.uniform, map.target, map.importance].map(field);
     let heat = density_heat([&target]);
@@ -67,6 +54,23 @@ pub fn environment_sheet(name: &str, map: &EnvironmentFigure<'_>) -> Canvas {
         .legend(heat.legend("density per solid angle"))
         .tile_width(512)
         .draw()
+}
+
+/// A darkened map with dots on it.
+pub(super) fn dotted(shown: &Canvas, dots: &[[f64; 2]]) -> Canvas {
+    let (width, height) = (shown.width(), shown.height());
+    let dark = shown.pixels().iter().map(|p| p.map(|c| (f64::from(c) * 0.45) as u8)).collect();
+    let mut canvas = Canvas::new(width, height, dark).expect("the map's own shape");
+    for [x, y] in dots {
+        let (x, y) = ((x * width as f64) as isize, (y * height as f64) as isize);
+        for (dx, dy) in [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)] {
+            let (x, y) = (x + dx, y + dy);
+            if (0..width as isize).contains(&x) && (0..height as isize).contains(&y) {
+                canvas.set(x as usize, y as usize, [90, 220, 255]);
+            }
+        }
+    }
+    canvas
 }
 
 /// What [`environment_sheet`] shows. All rasters have the size of the picture.

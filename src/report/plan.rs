@@ -27,7 +27,7 @@ pub fn plan_table(plan: &Plan) -> String {
     out
 }
 
-/// All parts. `version` grows when the meaning of a field changes.
+/// All parts. `schema_version` grows when the meaning of a field changes.
 #[cfg(feature = "json")]
 pub fn plan_to_json(plan: &Plan) -> serde_json::Value {
     use serde_json::json;
@@ -41,7 +41,8 @@ pub fn plan_to_json(plan: &Plan) -> serde_json::Value {
         })
     });
     json!({
-        "version": 1,
+        "kind": "plan",
+        "schema_version": 2,
         "program": concat!("warpcheck ", env!("CARGO_PKG_VERSION")),
         "parts": parts.collect::<Vec<_>>(),
     })

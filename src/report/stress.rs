@@ -105,7 +105,7 @@ fn short(x: f64) -> String {
     }
 }
 
-/// Every row and what happened. `version` grows when the meaning of a field changes.
+/// Every row and what happened. `schema_version` grows when the meaning of a field changes.
 #[cfg(feature = "json")]
 pub fn stress_to_json(done: &[(Row, Outcome)]) -> serde_json::Value {
     use serde_json::json;
@@ -136,7 +136,8 @@ pub fn stress_to_json(done: &[(Row, Outcome)]) -> serde_json::Value {
         })
     });
     json!({
-        "version": 1,
+        "kind": "stress",
+        "schema_version": 2,
         "program": concat!("warpcheck ", env!("CARGO_PKG_VERSION")),
         "ok": done.iter().all(|(_, outcome)| outcome.is_ok()),
         "rows": rows.collect::<Vec<_>>(),

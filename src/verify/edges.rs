@@ -119,6 +119,39 @@ pub(super) fn places(dimensions: usize) -> impl Iterator<Item = Vec<f64>> {
     })
 }
 
+/// What a sampler made of one edge value of one variate, the others at 1/2.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EdgeProbe {
+    /// Which variate, from 0.
+    pub variate: usize,
+    /// Its value.
+    pub value: f64,
+    /// The point in words; `None` if the sample was rejected.
+    pub point: Option<String>,
+    /// The density that came with it; NaN if the sample was rejected.
+    pub density: f64,
+    /// What is wrong with it.
+    pub wrong: Option<String>,
+}
+
+/// Every edge value along every variate: what people look at, where the check tries all combinations.
+pub(super) fn probes(probe: &dyn Probe) -> Vec<EdgeProbe> {
+    let dimensions = probe.dimensions();
+    let at = |variate: usize, value: f64| {
+        let mut xi = vec![0.5; dimensions];
+        xi[variate] = value;
+        let look = probe.look(&xi);
+        EdgeProbe {
+            variate,
+            value,
+            density: look.as_ref().map_or(f64::NAN, |look| look.density),
+            point: look.map(|look| look.point),
+            wrong: Tried::default().at(probe, &xi).err(),
+        }
+    };
+    (0..dimensions).flat_map(|variate| values().map(|value| at(variate, value))).collect()
+}
+
 #[derive(Default)]
 struct Tried {
     count: u64,

@@ -2,8 +2,10 @@
 
 use super::check::{BATTERY, Case, Rests};
 use super::diagnosis::{Diagnosis, diagnose};
+use super::edges::{self, EdgeProbe};
 use super::expectation::Expectation;
 use super::finding::{Evidence, Finding, Verdict};
+use super::history::{History, Look};
 use super::map::{CellFigure, Painter, ResidualMap};
 use super::power::{self, Power};
 use super::probe::Probe;
@@ -62,8 +64,14 @@ pub struct Examination {
     pub anytime: bool,
     /// What would explain the counts, where they are not those of the density.
     pub diagnosis: Option<Diagnosis>,
+    /// How the p-value went as samples came in: after each doubling of their number, and in the end.
+    pub history: Vec<Look>,
+    /// What the sampler made of edge values, variate by variate.
+    pub edges: Vec<EdgeProbe>,
     /// Time that it took.
     pub time: Duration,
+    /// The parts of that time, in order.
+    pub phases: Vec<(&'static str, Duration)>,
     pub(super) painter: Painter,
 }
 
@@ -98,6 +106,15 @@ impl Examination {
         if self.anytime { Vec::new() } else { power::power(self.axes, &self.scales, self.worth(), alpha) }
     }
 
+    /// The probability with which a relative error of the density over `mass` of it, in one piece, would have been caught at level `alpha`; `None` in a run that
+    /// stops as soon as it knows, and where nothing was counted.
+    pub fn power_against(&self, alpha: f64, mass: f64, error: f64) -> Option<f64> {
+        match self.anytime {
+            true => None,
+            false => power::probability(self.axes, &self.scales, self.worth(), alpha, mass, error),
+        }
+    }
+
     /// How many samples against a density would see as much.
     fn worth(&self) -> u64 {
         match self.against {
@@ -114,7 +131,7 @@ impl Examination {
         let blank = |height: usize| {
             let nothing = vec![f64::NAN; height];
             let [observed, expected, residual] = [nothing.clone(), nothing.clone(), nothing];
-            ResidualMap { width: 1, height, observed, expected, residual }
+            ResidualMap { width: 1, height, observed, expected, residual, cell: vec![None; height] }
         };
         Self {
             name,
@@ -132,7 +149,10 @@ impl Examination {
             scales: Vec::new(),
             anytime: false,
             diagnosis: None,
+            history: Vec::new(),
+            edges: Vec::new(),
             time: Duration::ZERO,
+            phases: Vec::new(),
             painter: Box::new(move |height| blank(height.max(1))),
         }
     }
@@ -142,14 +162,19 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
     let start = Instant::now();
     let space = probe.space();
     let mut expectation = Expectation::new(probe, settings.seed, probe.rows_expected(settings.samples));
+    let integrated = start.elapsed();
+    let mut history = History::new();
     let mut bets = if settings.anytime { Bets::new(&expectation) } else { None };
     let stop_at = -settings.stopping_level().ln();
     let tally = tally::draw(probe, &expectation, settings, &mut |tally| {
-        settings.anytime && (tally.offends() || bets.as_mut().is_some_and(|bets| bets.look(tally) >= stop_at))
+        let ln_e = bets.as_mut().map(|bets| bets.look(tally));
+        history.look(tally, ln_e);
+        settings.anytime && (tally.offends() || ln_e.is_some_and(|ln_e| ln_e >= stop_at))
     });
     if probe.pilots().is_some() {
         expectation.settle(tally.samples);
     }
+    let drawn = start.elapsed();
     let wanted = |rests: Rests| match rests {
         Rests::NoCounts | Rests::Quadrature => true,
         Rests::Counts | Rests::ExpectedCounts => !settings.anytime,
@@ -207,7 +232,11 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
         ));
     }
     let case = Case { probe, expectation: &expectation, tally: &tally, settings };
+    let checked = start.elapsed();
     let diagnosis = if settings.diagnose && findings.iter().any(suspicious) { diagnose(&case) } else { None };
+    let history = history.judge(&expectation, &tally, bets.as_ref().map(Bets::ln_e));
+    let edges = edges::probes(probe);
+    let diagnosed = start.elapsed();
     let (mut cells, mut elsewhere, mut cell_of_leaf) = goodness::figures(space, &expectation, &tally);
     if !probe.has_density() {
         // The pilots' shares are no expected counts.
@@ -231,6 +260,14 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
         scales: expectation.scales.iter().map(|scale| scale.cells.len()).collect(),
         anytime: settings.anytime,
         diagnosis,
+        history,
+        edges,
+        phases: vec![
+            ("cells and integrals", integrated),
+            ("drawing", drawn - integrated),
+            ("checks", checked - drawn),
+            ("diagnosis", diagnosed - checked),
+        ],
         time: start.elapsed(),
         painter: map::painter(probe.space_for_keeps(), expectation.partition, cells, cell_of_leaf),
     }

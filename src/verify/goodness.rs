@@ -132,6 +132,28 @@ fn findings(case: &Case<'_>) -> Vec<Finding> {
     findings
 }
 
+/// The chi-square test at every scale whose cells expect enough of the samples so far, with Bonferroni's correction; `None` where there is none.
+pub(super) fn p_of_counts(expectation: &Expectation, tally: &Tally) -> Option<f64> {
+    let n = tally.samples as f64;
+    if !(expectation.total.value.is_finite() && expectation.total.error.is_finite()) {
+        return None;
+    }
+    let rejected = Count::new(tally.rejected, expectation.rejected());
+    let scales = expectation.scales.iter().filter_map(|scale| {
+        let ((masses, pool), (observed, in_pool)) = (expectation.masses_at(scale), observed(scale, tally));
+        let cells = observed.iter().zip(masses).map(|(&o, m)| Count::new(o, m));
+        if cells.clone().any(|c| c.mass * n < LEAST) {
+            return None;
+        }
+        let others = [rejected, Count::new(in_pool, pool)].into_iter().filter(|c| c.mass * n >= LEAST);
+        let counts: Vec<Count> = cells.chain(others).collect();
+        let finding = (counts.len() > 1).then(|| pearson(&counts, n))?;
+        finding.evidence.p_values().map(|(_, conservative)| conservative)
+    });
+    let (number, least) = scales.fold((0.0, f64::INFINITY), |(k, least), p| (k + 1.0, p.min(least)));
+    (number > 0.0).then(|| (number * least).min(1.0))
+}
+
 fn nothing_to_compare(case: &Case<'_>) -> Finding {
     let (space, samples) = (case.probe.space(), case.tally.samples);
     let (verdict, detail) = if space.axes() == 0 && space.patches() == 1 {

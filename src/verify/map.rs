@@ -51,6 +51,8 @@ pub struct ResidualMap {
     pub expected: Vec<f64>,
     /// Signed standardised residual of each cell.
     pub residual: Vec<f64>,
+    /// Which of the [cells](super::Examination::cells) it is.
+    pub cell: Vec<Option<u32>>,
 }
 
 /// Draws a [`ResidualMap`] of any height; kept instead of the map, which few runs ask for.
@@ -67,8 +69,14 @@ pub(super) fn painter(
         let height = height.max(1);
         let width = ((height as f64 * space.picture_aspect()).round() as usize).max(1);
         let blank = vec![f64::NAN; width * height];
-        let mut map =
-            ResidualMap { width, height, observed: blank.clone(), expected: blank.clone(), residual: blank };
+        let mut map = ResidualMap {
+            width,
+            height,
+            observed: blank.clone(),
+            expected: blank.clone(),
+            cell: vec![None; width * height],
+            residual: blank,
+        };
         for i in 0..width * height {
             let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
             let place = space.picture_location(x / width as f64, y / height as f64);
@@ -78,6 +86,7 @@ pub(super) fn painter(
             map.observed[i] = figure.observed as f64 * weight;
             map.expected[i] = figure.expected * weight;
             map.residual[i] = figure.residual();
+            map.cell[i] = u32::try_from(cell).ok();
         }
         map
     })

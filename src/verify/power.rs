@@ -7,7 +7,7 @@
 //! sees better.
 
 use super::scan;
-use crate::statistics::chi_square as tail;
+use crate::statistics::{chi_square as tail, normal};
 
 /// A relative error of `error` over any `mass` of the distribution, in one piece, would have been caught with probability 0.99.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +41,33 @@ pub(super) fn power(axes: usize, scales: &[usize], samples: u64, alpha: f64) -> 
         Some(Power { mass, error: by_cells.min(by_windows) })
     };
     SHARES.into_iter().filter_map(at).collect()
+}
+
+/// The probability with which a relative error over a `mass` in one piece is caught by the scale that sees it best, or by the scan; `None` where nothing
+/// was counted.
+pub(super) fn probability(
+    axes: usize,
+    scales: &[usize],
+    samples: u64,
+    alpha: f64,
+    mass: f64,
+    error: f64,
+) -> Option<f64> {
+    let lambda = samples as f64 * error * error * mass / (1.0 - mass);
+    let by_cells = scales.iter().filter(|&&cells| cells > 1).filter_map(|&cells| {
+        let df = cells as f64 - 1.0;
+        let seen = lambda * filled(axes, mass * cells as f64);
+        tail::noncentral_sf(tail::isf(alpha, df).ok()?, df, seen).ok()
+    });
+    let best = by_cells.max_by(f64::total_cmp)?;
+    if !scales.last().is_some_and(|&cells| cells >= scan::PIECES as usize) {
+        return Some(best);
+    }
+    let level = alpha / scan::tests();
+    let sees = scan::detectable(mass, samples as f64, level);
+    let critical = normal::isf((0.5 * level).max(1e-300)).ok()?;
+    let by_windows = normal::sf(critical - (critical + 2.33) * error / sees);
+    Some(best.max(by_windows))
 }
 
 /// The share of the noncentrality that the borders of a region of `cells` cells leave.

@@ -64,6 +64,11 @@ impl Bets {
         self.largest.1
     }
 
+    /// The conservative logarithm of the largest e-value so far.
+    pub fn ln_e(&self) -> f64 {
+        self.largest.1
+    }
+
     pub fn finding(&self, tally: &Tally) -> Finding {
         let (ln_e, conservative) = self.largest;
         let detail = format!(
