@@ -178,10 +178,7 @@ impl List {
             };
             self.add(format!("environment/{map}/{name}"), about, move |data| {
                 let file = data.join(format!("env/{map}.hdr"));
-                let picture = crate::picture::read(&file)?;
-                let (width, height) = (picture.width(), picture.height());
-                RadianceMap::new(width, height, picture.into_pixels())
-                    .and_then(|map| PackedEnvironment::new(map, rows, form))
+                PackedEnvironment::new(super::read_map(&file)?, rows, form)
                     .map_err(|error| Error::Sampler { file, error })
             });
         }

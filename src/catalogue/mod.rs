@@ -42,9 +42,18 @@ pub fn read_environment(
     file: &Path,
     rows: crate::sampler::RowWarp,
 ) -> Result<crate::sampler::Environment, Error> {
+    crate::sampler::Environment::from_map(read_map(file)?, rows)
+        .map_err(|error| Error::Sampler { file: file.into(), error })
+}
+
+/// Reads an environment map.
+///
+/// # Errors
+/// If the file can't be read, or has a texel that is negative, NaN or infinite.
+pub fn read_map(file: &Path) -> Result<crate::sampler::RadianceMap, Error> {
     let map = crate::picture::read(file)?;
     let (width, height) = (map.width(), map.height());
-    crate::sampler::Environment::new(width, height, map.into_pixels(), rows)
+    crate::sampler::RadianceMap::new(width, height, map.into_pixels())
         .map_err(|error| Error::Sampler { file: file.into(), error })
 }
 

@@ -15,7 +15,7 @@ use warpcheck::picture::{Compression, Picture, Planes, Tone, write_atomically, w
 use warpcheck::random::{fill_unit, stream};
 use warpcheck::report::html::{EnvironmentStop, Page};
 use warpcheck::report::{self, EnvironmentFigure, environment_sheet, histogram_sheet};
-use warpcheck::sampler::{Environment, RowWarp, Sampler, UniformSphere, luminance};
+use warpcheck::sampler::{Form, PackedEnvironment, RowWarp, Sampler, UniformSphere, luminance};
 use warpcheck::verify::Settings;
 
 #[derive(Args)]
@@ -96,7 +96,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
             map.put(page, stops.clone());
         }
         common::finish(dossier, |page| {
-            page.fact("map", format!("{} x {}", map.sampler.width(), map.sampler.height()))
+            page.fact("map", format!("{} x {}", map.sampler.map().width(), map.sampler.map().height()))
                 .fact("seed", arguments.seed.to_string());
             map.put(page, stops);
         })?;
@@ -221,7 +221,7 @@ fn write_sampler(path: &Path, name: &str, figure: &HistogramFigure) -> Result<()
 
 struct Map {
     name: String,
-    sampler: Environment,
+    sampler: PackedEnvironment,
     /// The map at the histogram's size.
     picture: Picture,
     tone: Tone,
@@ -238,14 +238,18 @@ impl Map {
             Rows::UniformV => RowWarp::UniformV,
             Rows::UniformCos => RowWarp::UniformCosTheta,
         };
-        let sampler = catalogue::read_environment(file, rows)?;
-        let height = arguments.height.map_or(sampler.height().min(TALLEST), |h| h as usize);
-        let width = if height == sampler.height() { sampler.width() } else { 2 * height };
+        let map = catalogue::read_map(file)?;
+        // What fills histograms fastest and still keeps strata together.
+        let sampler = PackedEnvironment::new(map, rows, Form::Ordered)
+            .with_context(|| format!("can't sample {}", file.display()))?;
+        let map = sampler.map();
+        let height = arguments.height.map_or(map.height().min(TALLEST), |h| h as usize);
+        let width = if height == map.height() { map.width() } else { 2 * height };
         let direction = |column: usize, row: usize| {
             let at = [(row as f64 + 0.5) / height as f64, (column as f64 + 0.5) / width as f64];
             Sphere.point(0, at).0.as_vec3()
         };
-        let picture = Picture::from_fn(width, height, |x, y| sampler.radiance(direction(x, y)).into());
+        let picture = Picture::from_fn(width, height, |x, y| map.radiance(direction(x, y)).into());
         let luminances: Vec<f64> = picture.pixels().iter().map(|&texel| luminance(texel)).collect();
         let measure = |i: usize| Sphere.picture_scale(0.5, ((i / width) as f64 + 0.5) / height as f64);
         let integral = luminances.iter().enumerate().map(|(i, l)| l * measure(i)).sum::<f64>();

@@ -4,7 +4,7 @@
 //! d omega = sin theta d theta d phi. The angles come from `atan2`, so that the last bits of a direction near
 //! either pole are kept.
 
-use super::{Cell, Confusion, Domain, Factor, Keeps, Location, Outside, Space, TOLERANCE};
+use super::{Cell, Confusion, Domain, Factor, Keeps, Location, Outside, Pixels, Space, TOLERANCE};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -216,6 +216,15 @@ impl Domain for Sphere {
     fn locate(&self, w: &DVec3) -> Result<Location, Outside> {
         let (theta, phi) = angles(*w)?;
         Ok(Location { patch: 0, at: [theta / PI, phi / TAU] })
+    }
+
+    /// Without angles: their inverse trigonometric functions would cost more than most samplers.
+    #[inline]
+    fn pixel(&self, pixels: &Pixels, w: &DVec3) -> Result<Option<usize>, Outside> {
+        if !((w.length_squared() - 1.0).abs() <= 2.0 * TOLERANCE) {
+            return self.locate(w).map(|_| None); // an error: see there
+        }
+        Ok(Some(pixels.of_direction(*w)))
     }
 
     fn neighbours(&self, w: &DVec3, epsilon: f64) -> Vec<DVec3> {

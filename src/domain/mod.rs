@@ -11,18 +11,23 @@ mod atoms;
 mod direction;
 mod discrete;
 mod flat;
+mod lat_long;
 mod mistake;
 mod partition;
+mod pixels;
 mod quadrature;
 mod surface;
+pub(crate) mod turns;
 
 pub use atoms::{Mixed, WithAtoms};
 pub use direction::{Hemisphere, Sphere};
 pub use discrete::Discrete;
 pub use flat::{Disk, Interval, Square};
+pub(crate) use lat_long::LatLong;
 pub use mistake::{Confusion, Factor, Keeps};
 pub(crate) use partition::nearest;
 pub use partition::{Cell, Groups, Knots, Partition};
+pub use pixels::Pixels;
 pub use quadrature::{ChartDensity, Integral, Integrator, integrate_at_random};
 pub use surface::{MeshSurface, SurfacePoint, Triangle};
 
@@ -162,6 +167,15 @@ pub trait Domain: Space + Clone {
     /// # Errors
     /// Says why where the point is not in the domain: not finite, not of unit length, outside.
     fn locate(&self, point: &Self::Point) -> Result<Location, Outside>;
+
+    /// The pixel of the domain's picture that a point falls into; `None` for an atom, which has no place there.
+    ///
+    /// # Errors
+    /// As [`locate`](Self::locate).
+    #[inline]
+    fn pixel(&self, pixels: &Pixels, point: &Self::Point) -> Result<Option<usize>, Outside> {
+        self.locate(point).map(|location| pixels.at(self.picture_position(&location)))
+    }
 
     /// Points a step of `epsilon` (relative to the size of the domain) to all sides of `point`, inside the
     /// domain: what rounding could have made of it. Empty for atoms.

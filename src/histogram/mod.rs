@@ -4,16 +4,68 @@
 //! hemisphere, …). A pixel's count over the number of samples and over the pixel's measure is the density there, which is to be compared with
 //! the density that the sampler claims.
 
-use crate::domain::{Domain, Space};
+use crate::domain::{Domain, Pixels, Space};
 use crate::random::{fill_unit, stream};
 use crate::sampler::Sampler;
 use crate::verify::{Drawn, Settings};
 
 const SHARD: u64 = 1 << 16;
-/// Shards between two looks at the clock.
+/// Shards between two looks at the clock, at least; …
 const BATCH: u64 = 32;
+/// … so many samples a pixel, …
+const FILLED: u64 = 16;
+/// … and no more than a count of 32 bits holds.
+const MOST: u64 = u32::MAX as u64 / SHARD;
+/// Samples that are drawn at a time.
+const CHUNK: usize = 1024;
 /// Sub-pixels along an axis that measure how much of a pixel the domain covers.
 const COVERAGE: usize = 4;
+
+/// Counts of one thread: half as wide as those that are kept, since they are hit in no order and caches are small.
+struct Counts {
+    pixels: Vec<u32>,
+    samples: u64,
+    rejected: u64,
+    outside: u64,
+}
+
+impl Counts {
+    fn new(cells: usize) -> Self {
+        Self { pixels: vec![0; cells], samples: 0, rejected: 0, outside: 0 }
+    }
+
+    fn draw<S: Sampler>(&mut self, sampler: &S, pixels: &Pixels, seed: u64, shard: u64, count: u64) {
+        let (domain, dimensions) = (sampler.domain(), sampler.dimensions());
+        let mut rng = stream(seed, "histogram", shard);
+        let mut xi = vec![0.0; dimensions * CHUNK];
+        let mut samples = Vec::with_capacity(CHUNK);
+        self.samples += count;
+        let mut left = count as usize;
+        while left > 0 {
+            let drawn = left.min(CHUNK);
+            left -= drawn;
+            let xi = &mut xi[..drawn * dimensions];
+            fill_unit(&mut rng, xi);
+            sampler.sample_many(xi, &mut samples);
+            for sample in &samples {
+                match sample.as_ref().map(|sample| domain.pixel(pixels, &sample.point)) {
+                    None => self.rejected += 1,
+                    Some(Err(_)) => self.outside += 1,
+                    Some(Ok(Some(pixel))) => self.pixels[pixel] += 1,
+                    // An atom: its mass has no place in the picture.
+                    Some(Ok(None)) => {}
+                }
+            }
+        }
+    }
+
+    fn merge(&mut self, other: Self) {
+        self.pixels.iter_mut().zip(&other.pixels).for_each(|(a, b)| *a += b);
+        self.samples += other.samples;
+        self.rejected += other.rejected;
+        self.outside += other.outside;
+    }
+}
 
 /// Counts of samples per pixel of a domain's picture, row 0 on top.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,28 +97,27 @@ impl Histogram {
     /// assert_eq!(histogram.counts.iter().sum::<u64>(), 10_000);
     /// ```
     pub fn draw<S: Sampler>(sampler: &S, width: usize, height: usize, settings: &Settings) -> Self {
-        let empty =
-            Self { width, height, counts: vec![0; width * height], samples: 0, rejected: 0, outside: 0 };
-        let mut total = empty.clone();
+        let cells = width * height;
+        let empty = Self { width, height, counts: vec![0; cells], samples: 0, rejected: 0, outside: 0 };
+        let pixels = Pixels::new(width, height);
+        let mut total = empty;
         let shards = settings.samples.div_ceil(SHARD);
+        // Adding up the threads' counts must cost less than filling them.
+        let batch = BATCH.max(FILLED * cells as u64 / SHARD).min(MOST);
         let mut next = 0;
         while next < shards && !(settings.stopped() && next > 0) {
-            let batch = BATCH.min(shards - next);
-            let merged = crate::parallel::fold(
+            let batch = batch.min(shards - next);
+            let counted = crate::parallel::fold(
                 batch as usize,
-                || empty.clone(),
-                |sum, i| {
+                || Counts::new(cells),
+                |counts, i| {
                     let shard = next + i as u64;
-                    sum.draw_shard(
-                        sampler,
-                        settings.seed,
-                        shard,
-                        SHARD.min(settings.samples - shard * SHARD),
-                    );
+                    let samples = SHARD.min(settings.samples - shard * SHARD);
+                    counts.draw(sampler, &pixels, settings.seed, shard, samples);
                 },
-                Self::merge,
+                Counts::merge,
             );
-            total.merge(merged);
+            total.add(&counted);
             next += batch;
             if let Some(progress) = &settings.progress {
                 progress(Drawn { samples: total.samples, of: settings.samples });
@@ -75,34 +126,8 @@ impl Histogram {
         total
     }
 
-    fn draw_shard<S: Sampler>(&mut self, sampler: &S, seed: u64, shard: u64, count: u64) {
-        let domain = sampler.domain();
-        let (width, height) = (self.width as f64, self.height as f64);
-        let mut rng = stream(seed, "histogram", shard);
-        let mut xi = vec![0.0; sampler.dimensions()];
-        self.samples += count;
-        for _ in 0..count {
-            fill_unit(&mut rng, &mut xi);
-            let Some(sample) = sampler.sample(&xi) else {
-                self.rejected += 1;
-                continue;
-            };
-            let Ok(location) = domain.locate(&sample.point) else {
-                self.outside += 1;
-                continue;
-            };
-            let [x, y] = domain.picture_position(&location);
-            if x.is_nan() {
-                continue; // an atom: its mass has no place in the picture
-            }
-            let column = ((x * width) as usize).min(self.width - 1);
-            let row = ((y * height) as usize).min(self.height - 1);
-            self.counts[row * self.width + column] += 1;
-        }
-    }
-
-    fn merge(&mut self, other: Self) {
-        self.counts.iter_mut().zip(&other.counts).for_each(|(a, b)| *a += b);
+    fn add(&mut self, other: &Counts) {
+        self.counts.iter_mut().zip(&other.pixels).for_each(|(a, &b)| *a += u64::from(b));
         self.samples += other.samples;
         self.rejected += other.rejected;
         self.outside += other.outside;

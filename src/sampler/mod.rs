@@ -20,7 +20,6 @@ mod packed_environment;
 mod phong;
 mod solid_angle;
 mod spherical_triangle;
-mod turns;
 mod uniform_direction;
 mod von_mises_fisher;
 mod with_delta;
@@ -140,7 +139,8 @@ pub trait Sampler: Sync {
     /// questions faster than one at a time, such as programs at the other end of a pipe.
     fn sample_many(&self, xi: &[f64], out: &mut Vec<Option<Sample<PointOf<Self>>>>) {
         out.clear();
-        out.extend(xi.chunks_exact(self.dimensions().max(1)).map(|xi| self.sample(xi)));
+        out.resize_with(xi.len() / self.dimensions().max(1), || None);
+        self.fill(xi, out);
     }
 
     /// The density at every point, in their order, into the emptied `out`.

@@ -14,14 +14,12 @@
 //!
 //! Rows that aren't black have 2^31 steps: a texel lighter than 5e-10 of its row is drawn with that probability, and reported with it.
 
-mod edges;
 mod flat;
 mod rows;
 
 use super::environment::{LEAST_SINE, MARGIN, keep_off, row_weight};
-use super::{EnvironmentSample, Error, Form, RadianceMap, RowWarp, Sample, Sampler, luminance, turns};
-use crate::domain::{Knots, Sphere};
-use edges::Edges;
+use super::{EnvironmentSample, Error, Form, RadianceMap, RowWarp, Sample, Sampler, luminance};
+use crate::domain::{Knots, LatLong, Sphere, turns};
 use flat::Flat;
 use glam::{DVec2, DVec3, Vec3};
 use rows::Rows;
@@ -49,7 +47,7 @@ pub struct PackedEnvironment {
     row_weights: Box<[f64]>,
     /// Where in a row samples are placed; only for [`RowWarp::UniformCosTheta`].
     drops: Box<[Drop]>,
-    edges: Edges,
+    edges: LatLong,
     tables: Tables,
 }
 
@@ -157,7 +155,7 @@ impl PackedEnvironment {
             RowWarp::UniformV => Box::default(),
             RowWarp::UniformCosTheta => (0..height).map(|row| Drop::new(row, height)).collect(),
         };
-        Ok(Self { edges: Edges::new(width, height), map, rows, row_weights, drops, tables })
+        Ok(Self { edges: LatLong::new(width, height), map, rows, row_weights, drops, tables })
     }
 
     /// The map.

@@ -4,20 +4,21 @@
 //! sin theta cos theta_k - cos theta sin theta_k >= 0, and likewise for phi. So the answer has the error of one cross product, 2e-16, and not that
 //! of the guess.
 
-use crate::sampler::turns;
+use super::turns;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
+/// Borders of the rows and columns of a latitude-longitude picture.
 #[derive(Clone, Debug)]
-pub(super) struct Edges {
+pub(crate) struct LatLong {
     /// (cos, sin) of theta_0 … theta_H.
     rows: Box<[DVec2]>,
     /// (cos, sin) of phi_0 … phi_W.
     columns: Box<[DVec2]>,
 }
 
-impl Edges {
-    pub(super) fn new(width: usize, height: usize) -> Self {
+impl LatLong {
+    pub(crate) fn new(width: usize, height: usize) -> Self {
         let edges = |count: usize, range: f64| {
             (0..=count).map(|k| DVec2::from_angle(range * k as f64 / count as f64)).collect()
         };
@@ -26,14 +27,14 @@ impl Edges {
 
     /// The (column, row) of a direction, and the sine of its theta.
     #[inline]
-    pub(super) fn texel_of(&self, w: DVec3) -> (usize, usize, f64) {
+    pub(crate) fn texel_of(&self, w: DVec3) -> (usize, usize, f64) {
         let sine = (w.x * w.x + w.y * w.y).sqrt();
         let row = find(&self.rows, 2.0 * turns::about(sine, w.z), DVec2::new(w.z, sine));
         let column = find(&self.columns, turns::about(w.y, w.x), DVec2::new(w.x, w.y));
         (column, row, sine)
     }
 
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         size_of_val(&*self.rows) + size_of_val(&*self.columns)
     }
 }

@@ -7,7 +7,7 @@
 
 /// sin and cos of 2 pi `turn`, for turns in `[-1e6, 1e6]`: off by at most 4e-9, the sine near 0 by as much relative to itself.
 #[inline(always)]
-pub(super) fn sin_cos(turn: f64) -> (f64, f64) {
+pub(crate) fn sin_cos(turn: f64) -> (f64, f64) {
     // Adding 1.5 2^52 rounds to an integer and leaves it in the lower bits.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     let quarters = 4.0 * turn;
@@ -33,7 +33,7 @@ pub(super) fn sin_cos(turn: f64) -> (f64, f64) {
 /// The turn of the vector (x, y) in `[0, 1]` to within 2e-6 turns; under 1/2 (both included) for y >= 0, over it for y < 0.
 /// atan of a ratio up to 1 by Abramowitz and Stegun, 4.4.49.
 #[inline(always)]
-pub(super) fn about(y: f64, x: f64) -> f64 {
+pub(crate) fn about(y: f64, x: f64) -> f64 {
     let (long, short) = (x.abs().max(y.abs()), x.abs().min(y.abs()));
     let a = short / long.max(f64::MIN_POSITIVE);
     let b = a * a;
