@@ -17,3 +17,4 @@ warpcheck converge data/scene/veach_a3.toml --strategy brdf,light,mis:0.5,mis:0.
 cp "$out/veach_a3-converge.svg" docs/converge.svg
 warpcheck calibrate
 cp "$out/calibration.svg" docs/calibration.svg
+GROWTH=docs/growth.svg cargo bench --quiet --bench ratios -- growth
