@@ -423,7 +423,7 @@ fn ratios(since: SystemTime) {
     }
     line("direction", "polynomial", "sin_cos", 3.0);
     line("triangle", "low distortion", "square root", 1.0 / 1.3);
-    line("triangle", "low distortion", "low distortion as printed", 3.0);
+    line("triangle", "low distortion", "low distortion as printed", 1.0);
     if !lines.is_empty() {
         println!("\nns a sample, medians; times faster, and how many times are wanted");
         println!(

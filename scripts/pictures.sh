@@ -20,3 +20,4 @@ cp "$out/report.png" docs/report.png
 cp "$out/report-phone.png" docs/report-phone.png
 warpcheck calibrate
 cp "$out/calibration.svg" docs/calibration.svg
+GROWTH=docs/growth.svg cargo bench --quiet --bench ratios -- growth

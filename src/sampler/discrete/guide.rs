@@ -75,7 +75,7 @@ impl DiscreteGuide {
                     passed += 1;
                 }
                 let last = match inside {
-                    0 => u64::MAX & !(unit - 1),
+                    0 => !(unit - 1),
                     _ => ((boundaries[entry] - 1) << 11) << bits,
                 };
                 *cell = last | if inside > 1 { unit >> 1 } else { 0 } | entry as u64;

@@ -1,15 +1,7 @@
-//! Discrete selection: an index with given probabilities from one variate, in three forms behind one face ([`DiscreteTable`]).
+//! Discrete selection: an index with given probabilities from one variate, in three forms behind one face, [`DiscreteTable`].
 //!
-//! | form | bytes an entry | searches | order of xi | for |
-//! |---|---|---|---|---|
-//! | [`DiscreteCdf`] | 8 | log2 N dependent loads | kept | the baseline; a dozen entries |
-//! | [`DiscreteGuide`] | 20 to 32 | one load, two for one in ten | kept | stratified or low-discrepancy variates: the default |
-//! | [`DiscreteAlias`] | 16, of which 8 are searched | one load | lost | independent variates, where speed is all |
-//!
-//! Order kept means that a larger variate never gives a smaller index, so that strata of the variate stay strata of the table, and neighbouring
-//! variates neighbouring entries. All three have the same integer masses ([`DiscreteCdf`] says how they come about), and search exactly
-//! those: the mass reported is the one searched to the last bit, the forms that keep order agree for every variate, and every
-//! positive weight can be drawn.
+//! All have the same integer masses ([`DiscreteCdf`] says how they come about), and search exactly those: the mass reported is the one searched to the
+//! last bit, the forms that keep order agree for every variate, and every positive weight can be drawn.
 
 mod alias;
 mod cdf;

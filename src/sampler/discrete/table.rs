@@ -4,6 +4,16 @@ use super::{Choice, DiscreteAlias, DiscreteCdf, DiscreteGuide};
 use crate::sampler::Error;
 
 /// Which form a table has.
+///
+/// | form | bytes an entry | memory accesses | order of xi | take it for |
+/// |---|---|---|---|---|
+/// | `Cdf` | 8 | log2 N, one after the other | kept | a few entries; as the baseline |
+/// | `Guide` | 20 to 32 | one, for one variate in ten two | kept | stratified or low-discrepancy variates, or if in doubt |
+/// | `Alias` | 16, of which 8 are searched | one | lost | independent variates, where speed is all |
+///
+/// Order is kept where a larger variate never gives a smaller index: then strata of the variate are strata of the table, and neighbouring
+/// variates give neighbouring entries. The masses are the same in all forms, to the last bit. One at a time, a sample waits for memory; many at a time
+/// ([`Sampler::fill`](crate::sampler::Sampler::fill), [`DiscreteTable::indices`]) wait together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Form {
     /// The fastest form that keeps the order of the variates: a guide, or a plain CDF for a few entries.
@@ -34,7 +44,9 @@ impl Form {
     }
 }
 
-/// A table to select an index with given probabilities, in any form. See the [module's](super) files for what sets them apart.
+/// A table to select an index with given probabilities, in any form; [`Form`] says what sets them apart.
+///
+/// An entry of weight 0 is never returned; one of positive weight, however small, can be: it has a mass of 2^-53 at least.
 ///
 /// ```
 /// use warpcheck::sampler::{DiscreteTable, Form};

@@ -28,7 +28,11 @@ use std::sync::Arc;
 
 use super::discrete::BATCH;
 
-/// A latitude-longitude map of radiance and compact tables to sample it.
+/// A latitude-longitude map of radiance and compact tables to sample it. The density is that of [`Environment`](super::Environment), up to the resolution
+/// of the tables, and always the one that is searched.
+///
+/// [`Form::Guide`] takes 4.5 bytes a texel and keeps the order of both variates; [`Form::Alias`] takes 8 and is faster, but loses the order of the
+/// first. Both are made in parallel (with the feature of that name), the same bits on any number of threads.
 ///
 /// ```
 /// use warpcheck::sampler::{EnvironmentSample, Form, PackedEnvironment, RadianceMap, RowWarp};
