@@ -43,7 +43,11 @@ fn expect(code: i32, says: &str, arguments: &[&str], input: &[u8]) {
 }
 
 /// Rows of point and density.
-fn rows<S: Sampler>(sampler: &S, count: usize, row: impl Fn(&warpcheck::sampler::Sample<warpcheck::sampler::PointOf<S>>) -> Vec<f64>) -> Vec<Vec<f64>> {
+fn rows<S: Sampler>(
+    sampler: &S,
+    count: usize,
+    row: impl Fn(&warpcheck::sampler::Sample<warpcheck::sampler::PointOf<S>>) -> Vec<f64>,
+) -> Vec<Vec<f64>> {
     let mut rng = stream(1, "foreign", 0);
     let mut xi = vec![0.0; sampler.dimensions()];
     (0..count)
@@ -111,7 +115,8 @@ fn a_column_of_densities_is_enough() {
     let right = f32s(&cosine(100_000));
     let arguments = ["--domain", "hemisphere", "--columns", "x,y,z,pdf:f32"];
     expect(PASS, "1 of 1 samplers pass", &arguments, &right);
-    let wrong: Vec<Vec<f64>> = cosine(100_000).into_iter().map(|r| vec![r[0], r[1], r[2], 1.05 * r[3]]).collect();
+    let wrong: Vec<Vec<f64>> =
+        cosine(100_000).into_iter().map(|r| vec![r[0], r[1], r[2], 1.05 * r[3]]).collect();
     expect(FAIL, "weights (1 / density)", &arguments, &f32s(&wrong));
 }
 
@@ -187,19 +192,37 @@ fn what_is_malformed_is_named_by_its_row() {
         folder.file("edited.csv", lines.join("\n"))
     };
     let hemisphere = |file: &str, says: &str| expect(BAD, says, &[file, "--domain", "hemisphere"], &[]);
-    hemisphere(&csv(&|l| l[100] = "0.1,0.2,oops,0.3".into()), "row 99 (line 101): z is `oops`, which is no number");
-    hemisphere(&csv(&|l| l[200] = "0.1,0.2".into()), "row 199 (line 201) has 2 fields where there should be 4");
+    hemisphere(
+        &csv(&|l| l[100] = "0.1,0.2,oops,0.3".into()),
+        "row 99 (line 101): z is `oops`, which is no number",
+    );
+    hemisphere(
+        &csv(&|l| l[200] = "0.1,0.2".into()),
+        "row 199 (line 201) has 2 fields where there should be 4",
+    );
     hemisphere(&csv(&|l| l[300] = "0,0,NaN,0.3".into()), "row 299: z is NaN");
     hemisphere(&csv(&|l| l.truncate(1)), "is empty: there are no samples");
     hemisphere(&csv(&|l| l[0] = "x,y,z,density".into()), "nobody knows what the column `density` is");
     let whole = npy("<f4", false, "(5000, 4)", &f32s(&good));
-    hemisphere(&folder.file("short.npy", &whole[..whole.len() - 160]), "ends before row 4990, but its header promises 5000 rows");
+    hemisphere(
+        &folder.file("short.npy", &whole[..whole.len() - 160]),
+        "ends before row 4990, but its header promises 5000 rows",
+    );
     hemisphere(&folder.file("cut.npy", &whole[..whole.len() - 5]), "ends in the middle of row 4999");
     hemisphere(&folder.file("header.npy", &whole[..50]), "it ends inside of the header");
-    hemisphere(&folder.file("axes.npy", npy("<f4", false, "(5, 4, 2)", &[0; 160])), "its shape is [5, 4, 2]; samples are rows");
-    hemisphere(&folder.file("half.npy", npy("<f2", false, "(5, 4)", &[0; 40])), "its type is `<f2`; f4, f8 and integers can be read");
+    hemisphere(
+        &folder.file("axes.npy", npy("<f4", false, "(5, 4, 2)", &[0; 160])),
+        "its shape is [5, 4, 2]; samples are rows",
+    );
+    hemisphere(
+        &folder.file("half.npy", npy("<f2", false, "(5, 4)", &[0; 40])),
+        "its type is `<f2`; f4, f8 and integers can be read",
+    );
     hemisphere(&folder.file("none.npy", npy("<f4", false, "(0, 4)", &[])), "is empty");
-    hemisphere(&folder.file("wide.npy", npy("<f4", false, "(2, 6)", &[0; 48])), "there are 6 columns; say which with --columns");
+    hemisphere(
+        &folder.file("wide.npy", npy("<f4", false, "(2, 6)", &[0; 48])),
+        "there are 6 columns; say which with --columns",
+    );
     hemisphere(&folder.file("bytes.bin", f32s(&good)), "it is neither text nor an array");
     hemisphere("no-such-file.npy", "can't read no-such-file.npy");
     hemisphere(&folder.file("bad.npz", b"PK\x03\x04 and nothing else"), "bad.npz");
@@ -209,9 +232,20 @@ fn what_is_malformed_is_named_by_its_row() {
     expect(BAD, "there is nothing to hold the samples against", &[&points, "--domain", "hemisphere"], &[]);
     expect(BAD, "say with --domain", &[&points], &[]);
     expect(BAD, "have no frame", &[&points, "--domain", "square", "--frame", "y-up"], &[]);
-    expect(BAD, "densities are per area, uv, uniform", &[&points, "--domain", "square", "--measure", "solid-angle"], &[]);
-    let negative = folder.file("negative.npy", npy("<f8", false, "(1, 2)", &[1.0_f64, -1.0].map(f64::to_le_bytes).concat()));
-    expect(BAD, "row 0, column 1 of the table is -1", &[&points, "--domain", "hemisphere", "--density", &negative], &[]);
+    expect(
+        BAD,
+        "densities are per area, uv, uniform",
+        &[&points, "--domain", "square", "--measure", "solid-angle"],
+        &[],
+    );
+    let negative = folder
+        .file("negative.npy", npy("<f8", false, "(1, 2)", &[1.0_f64, -1.0].map(f64::to_le_bytes).concat()));
+    expect(
+        BAD,
+        "row 0, column 1 of the table is -1",
+        &[&points, "--domain", "hemisphere", "--density", &negative],
+        &[],
+    );
 }
 
 #[test]
@@ -229,14 +263,26 @@ fn points_outside_and_impossible_densities_fail_by_their_row() {
 fn a_table_is_a_density() {
     let folder = Folder::new();
     let table = cosine_table(&folder);
-    let arguments = ["--domain", "hemisphere", "--columns", "x,y,z,_:f32", "--density", &table, "--density-measure", "uv", "--normalise"];
+    let arguments = [
+        "--domain",
+        "hemisphere",
+        "--columns",
+        "x,y,z,_:f32",
+        "--density",
+        &table,
+        "--density-measure",
+        "uv",
+        "--normalise",
+    ];
     expect(PASS, "1 of 1 samplers pass", &arguments, &f32s(&cosine(60_000)));
-    let uniform = rows(&warpcheck::sampler::UniformHemisphere, 60_000, |s| vec![s.point.x, s.point.y, s.point.z, 0.0]);
+    let uniform =
+        rows(&warpcheck::sampler::UniformHemisphere, 60_000, |s| vec![s.point.x, s.point.y, s.point.z, 0.0]);
     expect(FAIL, "diagnosis", &arguments, &f32s(&uniform));
     // Bets see it after a few thousand of a million.
     let mut anytime = arguments.to_vec();
     anytime.extend(["--anytime", "--name", "anytime"]);
-    let (code, out, _) = check(&anytime, &f32s(&uniform.iter().cycle().take(240_000).cloned().collect::<Vec<_>>()));
+    let (code, out, _) =
+        check(&anytime, &f32s(&uniform.iter().cycle().take(240_000).cloned().collect::<Vec<_>>()));
     let judged: u64 = out.lines().nth(1).unwrap().split_whitespace().nth(3).unwrap().parse().unwrap();
     assert!(code == FAIL && judged <= 1 << 15, "{out}");
     // Read per solid angle, the table is another density.
@@ -250,14 +296,25 @@ fn wrong_conventions_are_named() {
     let table = cosine_table(&folder);
     let turned = |row: &Vec<f64>| vec![row[0], row[2], -row[1], row[3]];
     let y_up: Vec<Vec<f64>> = cosine(60_000).iter().map(turned).collect();
-    let arguments = ["--domain", "hemisphere", "--columns", "x,y,z,_:f32", "--density", &table, "--density-measure", "uv", "--normalise"];
+    let arguments = [
+        "--domain",
+        "hemisphere",
+        "--columns",
+        "x,y,z,_:f32",
+        "--density",
+        &table,
+        "--density-measure",
+        "uv",
+        "--normalise",
+    ];
     expect(FAIL, "if the points are read with --frame y-up, nothing is wrong", &arguments, &f32s(&y_up));
     let mut told = arguments.to_vec();
     told.extend(["--frame", "y-up"]);
     expect(PASS, "1 of 1 samplers pass", &told, &f32s(&y_up));
 
     let pi = std::f64::consts::PI;
-    let per_uv = |row: &Vec<f64>| vec![row[0], row[1], row[2], row[3] * pi * pi * (1.0 - row[2] * row[2]).sqrt()];
+    let per_uv =
+        |row: &Vec<f64>| vec![row[0], row[1], row[2], row[3] * pi * pi * (1.0 - row[2] * row[2]).sqrt()];
     let per_uv: Vec<Vec<f64>> = cosine(60_000).iter().map(per_uv).collect();
     let arguments = ["--domain", "hemisphere", "--columns", "x,y,z,pdf:f64"];
     let bytes: Vec<u8> = per_uv.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
@@ -270,7 +327,8 @@ fn an_environment_map_with_and_without_the_sine() {
     use warpcheck::sampler::{Environment, RowWarp};
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/data/env/noon_grass_512.hdr");
     let map = warpcheck::picture::read(file).unwrap();
-    let environment = Environment::new(map.width(), map.height(), map.pixels().to_vec(), RowWarp::UniformV).unwrap();
+    let environment =
+        Environment::new(map.width(), map.height(), map.pixels().to_vec(), RowWarp::UniformV).unwrap();
     let samples = f32s(&rows(&environment, 60_000, |s| vec![s.point.x, s.point.y, s.point.z]));
     let arguments = ["--domain", "sphere", "--columns", "x,y,z:f32", "--env", file];
     expect(PASS, "1 of 1", &[&arguments[..], &["--sine"]].concat(), &samples);
@@ -319,9 +377,14 @@ fn weights_and_rejected_samples() {
 
 /// Runs what needs a tool that may not be installed.
 fn tool(name: &str) -> Option<PathBuf> {
-    let found = std::env::split_paths(&std::env::var_os("PATH")?).map(|folder| folder.join(name)).find(|p| p.is_file());
+    let found = std::env::split_paths(&std::env::var_os("PATH")?)
+        .map(|folder| folder.join(name))
+        .find(|p| p.is_file());
     if found.is_none() {
-        assert!(std::env::var_os("CI").is_none(), "there is no {name}, which continuous integration has to have");
+        assert!(
+            std::env::var_os("CI").is_none(),
+            "there is no {name}, which continuous integration has to have"
+        );
         eprintln!("skipped: there is no {name}");
     }
     found
@@ -346,7 +409,8 @@ fn the_c_example_is_judged_rightly() {
     let Some(cc) = tool("cc") else { return };
     let folder = Folder::new();
     let program = folder.0.path().join("sampler");
-    let built = Command::new(cc).args(["-O2", &example("sampler.c"), "-lm", "-o"]).arg(&program).status().unwrap();
+    let built =
+        Command::new(cc).args(["-O2", &example("sampler.c"), "-lm", "-o"]).arg(&program).status().unwrap();
     assert!(built.success());
     let command = program.to_str().unwrap().to_owned();
     expect(PASS, "1 of 1", &["--sampler", &command, "--samples", "50k"], &[]);
@@ -386,7 +450,8 @@ fn a_program_with_a_state_is_refused() {
     let Some(python) = tool("python3") else { return };
     let folder = Folder::new();
     let script = std::fs::read_to_string(example("sampler.py")).unwrap();
-    let script = script.replace("point = sample(*numbers)", "import random; point = sample(random.random(), numbers[1])");
+    let script = script
+        .replace("point = sample(*numbers)", "import random; point = sample(random.random(), numbers[1])");
     let file = folder.file("random.py", script);
     let command = format!("{} '{file}'", python.display());
     expect(BAD, "asked again", &["--sampler", &command], &[]);

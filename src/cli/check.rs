@@ -10,8 +10,8 @@ use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 use warpcheck::domain::{Domain, Space};
 use warpcheck::foreign::{
-    AGAIN, Columns, Convention, Coordinates, DomainName, Frame, Given, Keeping, Measure, Place, Program, ProgramRows, Samples,
-    Started, Table, WithTable, of_program, of_samples, read_array, read_to_nothing,
+    AGAIN, Columns, Convention, Coordinates, DomainName, Frame, Given, Keeping, Measure, Place, Program,
+    ProgramRows, Samples, Started, Table, WithTable, of_program, of_samples, read_array, read_to_nothing,
 };
 use warpcheck::picture::{Compression, write_atomically, write_planes, write_png};
 use warpcheck::report;
@@ -123,7 +123,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     arguments.json.as_deref().map(|file| common::output_file(file, &out)).transpose()?;
     let _folder = arguments.out.as_deref().map(OutputFolder::make).transpose()?;
     let stop = common::stop_on_ctrl_c();
-    let most = arguments.samples.unwrap_or(if arguments.sampler.is_some() { PROGRAM_SAMPLES } else { u64::MAX });
+    let most =
+        arguments.samples.unwrap_or(if arguments.sampler.is_some() { PROGRAM_SAMPLES } else { u64::MAX });
     let mut settings = Settings {
         samples: most,
         seed: arguments.seed,
@@ -146,7 +147,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             let started = Started::new(command, Duration::from_secs_f64(arguments.timeout))?;
             let domain = match (arguments.domain, started.greeting().get("domain")) {
                 (Some(domain), _) => domain,
-                (None, Some(said)) => said.parse().map_err(anyhow::Error::msg).context("the program's first line")?,
+                (None, Some(said)) => {
+                    said.parse().map_err(anyhow::Error::msg).context("the program's first line")?
+                }
                 (None, None) => bail!("neither the program nor --domain says where points live"),
             };
             warpcheck::on_domain!(domain, domain => program(started, domain, arguments, &settings, &stop))
@@ -180,7 +183,9 @@ fn place(file: Option<&Path>) -> Place {
 }
 
 fn name(arguments: &Arguments) -> String {
-    let file = |file: &Path| file.file_stem().map_or_else(|| "samples".to_owned(), |s| s.to_string_lossy().into_owned());
+    let file = |file: &Path| {
+        file.file_stem().map_or_else(|| "samples".to_owned(), |s| s.to_string_lossy().into_owned())
+    };
     arguments.name.clone().unwrap_or_else(|| match (&arguments.sampler, &arguments.file) {
         (Some(command), _) => command.clone(),
         (None, Some(path)) if path != Path::new("-") => file(path),
@@ -189,12 +194,18 @@ fn name(arguments: &Arguments) -> String {
 }
 
 /// The convention of the command line, or else the one that a program says, or else ours.
-fn convention<D: Coordinates>(domain: D, arguments: &Arguments, started: Option<&Started>) -> Result<Convention<D>> {
+fn convention<D: Coordinates>(
+    domain: D,
+    arguments: &Arguments,
+    started: Option<&Started>,
+) -> Result<Convention<D>> {
     let said = |key: &str| started.and_then(|s| s.greeting().get(key).map(str::to_owned));
     let mut convention = Convention::new(domain);
     let frame = match (arguments.frame, said("frame")) {
         (Some(frame), _) => Some(frame),
-        (None, Some(said)) => Some(said.parse().map_err(anyhow::Error::msg).context("the program's first line")?),
+        (None, Some(said)) => {
+            Some(said.parse().map_err(anyhow::Error::msg).context("the program's first line")?)
+        }
         (None, None) => None,
     };
     if let Some(frame) = frame {
@@ -205,7 +216,9 @@ fn convention<D: Coordinates>(domain: D, arguments: &Arguments, started: Option<
     }
     let measure = match (arguments.measure, said("measure")) {
         (Some(measure), _) => Some(measure),
-        (None, Some(said)) => Some(said.parse().map_err(anyhow::Error::msg).context("the program's first line")?),
+        (None, Some(said)) => {
+            Some(said.parse().map_err(anyhow::Error::msg).context("the program's first line")?)
+        }
         (None, None) => None,
     };
     convention.measure = allowed(&convention.domain, measure.unwrap_or(convention.measure))?;
@@ -235,20 +248,24 @@ fn density<D: Coordinates>(domain: &D, arguments: &Arguments) -> Result<Option<R
                 Some(Sine::Exact) => (values.clone(), Measure::SolidAngle),
                 None => (values.clone(), Measure::Uv),
                 Some(Sine::Row) => {
-                    let sine = |i: usize| (std::f64::consts::PI * ((i / columns) as f64 + 0.5) / rows as f64).sin();
+                    let sine =
+                        |i: usize| (std::f64::consts::PI * ((i / columns) as f64 + 0.5) / rows as f64).sin();
                     (values.iter().enumerate().map(|(i, v)| v * sine(i)).collect(), Measure::Uv)
                 }
             };
             let table = Table::new(domain.clone(), rows, columns, values, measure);
             Ok(table.with_context(|| file.display().to_string())?.normalised())
         };
-        let readings = [(Some(Sine::Row), "--sine"), (None, "no --sine"), (Some(Sine::Exact), "--sine=exact")];
+        let readings =
+            [(Some(Sine::Row), "--sine"), (None, "no --sine"), (Some(Sine::Exact), "--sine=exact")];
         let others = readings.into_iter().filter(|(sine, _)| *sine != arguments.sine);
-        let rivals = others.map(|(sine, words)| Ok((words.to_owned(), table(sine)?))).collect::<Result<_>>()?;
+        let rivals =
+            others.map(|(sine, words)| Ok((words.to_owned(), table(sine)?))).collect::<Result<_>>()?;
         return Ok(Some((table(arguments.sine)?, rivals)));
     }
     let Some(file) = &arguments.density else { return Ok(None) };
-    let is_picture = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case("hdr"));
+    let is_picture =
+        file.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case("hdr"));
     let (rows, columns, values) = if is_picture { picture(file)? } else { read_array(file)? };
     let own = allowed(domain, arguments.density_measure.unwrap_or(Measure::of(domain)[0]))?;
     let table = |measure: Measure| -> Result<Table<D>> {
@@ -278,18 +295,23 @@ fn samples<D: Coordinates>(domain: D, arguments: &Arguments, settings: &Settings
         let others = Samples::open(&Place::File(file.clone()), arguments.columns.as_ref(), &convention)?;
         let (mine, theirs) = (layout, others.layout().clone());
         let first = recorded(&convention, read, |row| mine.row(&convention, row))?.name(name(arguments));
-        let second = recorded(&convention, others, |row| theirs.row(&convention, row))?.name(file.display().to_string());
+        let second = recorded(&convention, others, |row| theirs.row(&convention, row))?
+            .name(file.display().to_string());
         return Ok(compare_recordings(&first, &second, settings).map_err(plain)?);
     }
     if given.is_none() && !layout.has_density() {
-        bail!("there is nothing to hold the samples against: name a column `pdf`, or say --density, --env or --against");
+        bail!(
+            "there is nothing to hold the samples against: name a column `pdf`, or say --density, --env or --against"
+        );
     }
     if given.is_none() && arguments.anytime {
         bail!("--anytime bets on counts, which need a density of every place: --density or --env");
     }
     match (arguments.integral, layout.has_weight()) {
         (Some(_), false) => bail!("--integral needs a column `weight` or `value`"),
-        (None, true) => bail!("there is a column of weights or values: say with --integral what their mean should be"),
+        (None, true) => {
+            bail!("there is a column of weights or values: say with --integral what their mean should be")
+        }
         _ => {}
     }
     let (rows, kept) = Keeping::new(read, AGAIN);
@@ -350,7 +372,8 @@ fn program<D: Coordinates>(
         let theirs = others.layout().clone();
         let rows = ProgramRows::new(&program, settings.samples, settings.seed);
         let first = recorded(&convention, rows, |row| ProgramRows::row(&convention.domain, row))?.name(name);
-        let second = recorded(&convention, others, |row| theirs.row(&convention, row))?.name(file.display().to_string());
+        let second = recorded(&convention, others, |row| theirs.row(&convention, row))?
+            .name(file.display().to_string());
         let examination = compare_recordings(&first, &second, settings).map_err(plain)?;
         program.finish()?;
         return Ok(examination);

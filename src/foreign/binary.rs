@@ -21,7 +21,12 @@ pub struct BinaryRows {
 
 impl BinaryRows {
     /// Rows of these numbers; `promised` of them, if a header says so.
-    pub fn new(name: impl Into<String>, reader: Box<dyn Read + Send>, numbers: Vec<Number>, promised: Option<u64>) -> Self {
+    pub fn new(
+        name: impl Into<String>,
+        reader: Box<dyn Read + Send>,
+        numbers: Vec<Number>,
+        promised: Option<u64>,
+    ) -> Self {
         let stride = numbers.iter().map(|n| n.bytes).sum();
         Self { name: name.into(), reader, numbers, stride, promised, read: 0, bytes: Vec::new() }
     }
@@ -35,7 +40,9 @@ impl BinaryRows {
                 Ok(0) => break,
                 Ok(n) => filled += n,
                 Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-                Err(error) => return Err(ReadError::Read { name: self.name.clone(), why: error.to_string() }),
+                Err(error) => {
+                    return Err(ReadError::Read { name: self.name.clone(), why: error.to_string() });
+                }
             }
         }
         Ok(filled)
@@ -77,7 +84,9 @@ impl Rows for BinaryRows {
             let bytes = filled % self.stride;
             return Err(ReadError::Truncated { name: name(), row: self.read, bytes, of: self.stride }.into());
         }
-        if whole < rows && let Some(of) = self.promised {
+        if whole < rows
+            && let Some(of) = self.promised
+        {
             return Err(ReadError::Short { name: name(), row: self.read, of }.into());
         }
         if whole == 0 && self.read == 0 && rows > 0 {

@@ -92,7 +92,9 @@ impl FromStr for Number {
             "u16" => number(Kind::Unsigned, 2),
             "u32" => number(Kind::Unsigned, 4),
             "u64" => number(Kind::Unsigned, 8),
-            _ => Err(format!("`{text}` is no type of number; there are f32, f64, i8 to i64, u8 to u64, and each with `be` behind it for big-endian")),
+            _ => Err(format!(
+                "`{text}` is no type of number; there are f32, f64, i8 to i64, u8 to u64, and each with `be` behind it for big-endian"
+            )),
         }
     }
 }
@@ -122,7 +124,8 @@ impl FromStr for Columns {
     fn from_str(text: &str) -> Result<Self, String> {
         let (mut names, mut numbers) = (Vec::new(), Vec::new());
         for word in text.split(',') {
-            let (name, number) = word.split_once(':').map_or((word, None), |(name, number)| (name, Some(number)));
+            let (name, number) =
+                word.split_once(':').map_or((word, None), |(name, number)| (name, Some(number)));
             if name.trim().is_empty() {
                 return Err(format!("`{text}` has a column without a name"));
             }
@@ -134,7 +137,12 @@ impl FromStr for Columns {
         let numbers = match numbers.len() {
             0 => None,
             n if n == names.len() => Some(numbers),
-            n => return Err(format!("the column `{}` has no type; a type counts for its column and all before it", names[n])),
+            n => {
+                return Err(format!(
+                    "the column `{}` has no type; a type counts for its column and all before it",
+                    names[n]
+                ));
+            }
         };
         Ok(Self { names, numbers })
     }
@@ -180,13 +188,20 @@ impl Layout {
                 "square" => " (or u,v)",
                 _ => "",
             };
-            format!("points of the {} are {}{more}, with {} beside them", domain.name(), own.join(","), OTHERS.join(", "))
+            format!(
+                "points of the {} are {}{more}, with {} beside them",
+                domain.name(),
+                own.join(","),
+                OTHERS.join(", ")
+            )
         };
         if names.is_empty() {
             let density = match width.checked_sub(own.len()) {
                 Some(0) => None,
                 Some(1) => Some(own.len()),
-                _ => return Err(format!("there are {width} columns; say which with --columns: {}", wanted())),
+                _ => {
+                    return Err(format!("there are {width} columns; say which with --columns: {}", wanted()));
+                }
             };
             let place = Place::Direct((0..own.len()).collect());
             return Ok(Self { place, density, weight: None, value: None, kept: None });
@@ -220,13 +235,28 @@ impl Layout {
         let Some(place) = place else {
             return Err(format!("the columns {} hold no point: {}", names.join(","), wanted()));
         };
-        if let Some(odd) = names.iter().find(|name| !used.contains(&name.as_str()) && !OTHERS.contains(&name.as_str())) {
-            return Err(format!("nobody knows what the column `{odd}` is (`_` leaves one out): {}", wanted()));
+        if let Some(odd) =
+            names.iter().find(|name| !used.contains(&name.as_str()) && !OTHERS.contains(&name.as_str()))
+        {
+            return Err(format!(
+                "nobody knows what the column `{odd}` is (`_` leaves one out): {}",
+                wanted()
+            ));
         }
-        let layout = Self { place, density: find("pdf"), weight: find("weight"), value: find("value"), kept: find("kept") };
+        let layout = Self {
+            place,
+            density: find("pdf"),
+            weight: find("weight"),
+            value: find("value"),
+            kept: find("kept"),
+        };
         match layout {
-            Self { value: Some(_), density: None, .. } => Err("a column of values needs one of densities, `pdf`".to_owned()),
-            Self { value: Some(_), weight: Some(_), .. } => Err("there is a column of weights and one of values".to_owned()),
+            Self { value: Some(_), density: None, .. } => {
+                Err("a column of values needs one of densities, `pdf`".to_owned())
+            }
+            Self { value: Some(_), weight: Some(_), .. } => {
+                Err("there is a column of weights and one of values".to_owned())
+            }
             layout => Ok(layout),
         }
     }

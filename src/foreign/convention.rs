@@ -52,7 +52,8 @@ impl Frame {
         let orders = [[0, 1, 2], [0, 2, 1], [1, 2, 0], [2, 0, 1], [1, 0, 2], [2, 1, 0]];
         let mut signs: Vec<u32> = (0..8).collect();
         signs.sort_by_key(|bits| bits.count_ones());
-        let of = |bits: u32| orders.map(|order| Self { axes: [0, 1, 2].map(|i| (order[i], bits >> i & 1 == 1)) });
+        let of =
+            |bits: u32| orders.map(|order| Self { axes: [0, 1, 2].map(|i| (order[i], bits >> i & 1 == 1)) });
         let mut all = vec![Self::Z_UP, Self::Y_UP, Self::X_UP];
         for frame in signs.into_iter().flat_map(of) {
             if !all.contains(&frame) {
@@ -70,7 +71,9 @@ impl Display for Frame {
             Self::Y_UP => f.pad("y-up"),
             Self::X_UP => f.pad("x-up"),
             Self { axes } => {
-                let name = |(axis, negated): (usize, bool)| format!("{}{}", if negated { "-" } else { "" }, ["x", "y", "z"][axis]);
+                let name = |(axis, negated): (usize, bool)| {
+                    format!("{}{}", if negated { "-" } else { "" }, ["x", "y", "z"][axis])
+                };
                 f.pad(&axes.map(name).join(","))
             }
         }
@@ -88,7 +91,8 @@ impl FromStr for Frame {
             _ => {}
         }
         let axis = |word: &str| {
-            let (negated, letter) = word.trim().strip_prefix('-').map_or((false, word.trim()), |rest| (true, rest));
+            let (negated, letter) =
+                word.trim().strip_prefix('-').map_or((false, word.trim()), |rest| (true, rest));
             Some((["x", "y", "z"].iter().position(|name| *name == letter)?, negated))
         };
         let axes: Option<Vec<_>> = text.split(',').map(axis).collect();
@@ -139,7 +143,9 @@ impl Measure {
     /// Those that make sense on a domain, its own first.
     pub fn of(space: &dyn Space) -> Vec<Self> {
         let mut all = match space.name() {
-            "sphere" | "hemisphere" => vec![Self::SolidAngle, Self::ProjectedSolidAngle, Self::ThetaPhi, Self::Uv],
+            "sphere" | "hemisphere" => {
+                vec![Self::SolidAngle, Self::ProjectedSolidAngle, Self::ThetaPhi, Self::Uv]
+            }
             "square" | "triangle" => vec![Self::Area, Self::Uv],
             "disk" => vec![Self::Area, Self::RPhi],
             "interval" => vec![Self::Length],
@@ -219,7 +225,9 @@ impl<D: Coordinates> Convention<D> {
     /// Their density at a point, per the domain's own measure. Where the point is outside of the domain, as it is.
     #[inline]
     pub fn density(&self, point: &D::Point, theirs: f64) -> f64 {
-        if matches!(self.measure, Measure::SolidAngle | Measure::Area | Measure::Length | Measure::Mass) || theirs == 0.0 {
+        if matches!(self.measure, Measure::SolidAngle | Measure::Area | Measure::Length | Measure::Mass)
+            || theirs == 0.0
+        {
             return theirs;
         }
         self.domain.locate(point).map_or(theirs, |at| theirs * self.measure.factor(&self.domain, &at))

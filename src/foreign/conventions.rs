@@ -28,7 +28,15 @@ pub struct Given<'a, D> {
 }
 
 fn settings_of(settings: &Settings) -> Settings {
-    Settings { samples: AGAIN as u64, anytime: false, time: None, diagnose: false, progress: None, stop: None, ..settings.clone() }
+    Settings {
+        samples: AGAIN as u64,
+        anytime: false,
+        time: None,
+        diagnose: false,
+        progress: None,
+        stop: None,
+        ..settings.clone()
+    }
 }
 
 /// Whether an examination passes, with an answer of a check that a wrong convention would fail.
@@ -104,7 +112,8 @@ fn likeliest_frames<D: Coordinates>(
     table: &Table<D>,
 ) -> Vec<Convention<D>> {
     let score = |convention: &Convention<D>| -> f64 {
-        let ln = |row: &[f64]| layout.row(convention, row).point.map_or(0.0, |point| table.density(&point).ln());
+        let ln =
+            |row: &[f64]| layout.row(convention, row).point.map_or(0.0, |point| table.density(&point).ln());
         held.rows(GLANCE).map(ln).sum()
     };
     let frames = convention.others().into_iter().filter(|other| other.frame != convention.frame);
@@ -116,7 +125,8 @@ fn likeliest_frames<D: Coordinates>(
 }
 
 fn named<D: Coordinates>(other: &Convention<D>, frame: bool) -> (String, String) {
-    let name = if frame { format!("--frame {}", other.frame) } else { format!("--measure {}", other.measure) };
+    let name =
+        if frame { format!("--frame {}", other.frame) } else { format!("--measure {}", other.measure) };
     let what = if frame { "the points are read with" } else { "the densities are read with" };
     (name.clone(), format!("if {what} {name},"))
 }
@@ -137,7 +147,9 @@ pub fn of_program<D: Coordinates>(program: &mut Program<D>, settings: &Settings)
     let turned = !inside(program);
     for other in own.others().into_iter().filter(|other| (other.frame != own.frame) == turned) {
         program.under(other.clone());
-        if inside(program) && convinces(crate::verify(program).settings(settings.clone()).examine(), &settings) {
+        if inside(program)
+            && convinces(crate::verify(program).settings(settings.clone()).examine(), &settings)
+        {
             found.push(named(&other, turned));
             break;
         }

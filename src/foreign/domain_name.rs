@@ -43,7 +43,11 @@ impl FromStr for DomainName {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let refuse = || format!("`{text}` is no domain; there are square, disk, triangle, triangle:AREA, hemisphere, sphere, interval:LOW:HIGH and discrete:COUNT");
+        let refuse = || {
+            format!(
+                "`{text}` is no domain; there are square, disk, triangle, triangle:AREA, hemisphere, sphere, interval:LOW:HIGH and discrete:COUNT"
+            )
+        };
         let words: Vec<&str> = text.split(':').collect();
         let number = |word: &str| word.parse::<f64>().ok().filter(|x| !x.is_nan()).ok_or_else(refuse);
         match words[..] {
@@ -58,7 +62,10 @@ impl FromStr for DomainName {
             },
             ["interval"] => Ok(Self::Interval(0.0, 1.0)),
             ["interval", low, high] => match (number(low)?, number(high)?) {
-                (low, high) if low < high && ((high - low).is_finite() || low.is_infinite() || high.is_infinite()) => {
+                (low, high)
+                    if low < high
+                        && ((high - low).is_finite() || low.is_infinite() || high.is_infinite()) =>
+                {
                     Ok(Self::Interval(low, high))
                 }
                 _ => Err(refuse()),
@@ -77,13 +84,34 @@ impl FromStr for DomainName {
 macro_rules! on_domain {
     ($name:expr, $domain:ident => $body:expr) => {
         match $name {
-            $crate::foreign::DomainName::Square => { let $domain = $crate::domain::Square; $body }
-            $crate::foreign::DomainName::Disk => { let $domain = $crate::domain::Disk; $body }
-            $crate::foreign::DomainName::Triangle(area) => { let $domain = $crate::domain::Triangle::with_area(area); $body }
-            $crate::foreign::DomainName::Hemisphere => { let $domain = $crate::domain::Hemisphere; $body }
-            $crate::foreign::DomainName::Sphere => { let $domain = $crate::domain::Sphere; $body }
-            $crate::foreign::DomainName::Interval(low, high) => { let $domain = $crate::domain::Interval::new(low, high); $body }
-            $crate::foreign::DomainName::Discrete(count) => { let $domain = $crate::domain::Discrete::new(count); $body }
+            $crate::foreign::DomainName::Square => {
+                let $domain = $crate::domain::Square;
+                $body
+            }
+            $crate::foreign::DomainName::Disk => {
+                let $domain = $crate::domain::Disk;
+                $body
+            }
+            $crate::foreign::DomainName::Triangle(area) => {
+                let $domain = $crate::domain::Triangle::with_area(area);
+                $body
+            }
+            $crate::foreign::DomainName::Hemisphere => {
+                let $domain = $crate::domain::Hemisphere;
+                $body
+            }
+            $crate::foreign::DomainName::Sphere => {
+                let $domain = $crate::domain::Sphere;
+                $body
+            }
+            $crate::foreign::DomainName::Interval(low, high) => {
+                let $domain = $crate::domain::Interval::new(low, high);
+                $body
+            }
+            $crate::foreign::DomainName::Discrete(count) => {
+                let $domain = $crate::domain::Discrete::new(count);
+                $body
+            }
         }
     };
 }

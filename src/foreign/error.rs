@@ -53,7 +53,9 @@ pub enum ReadError {
         value: f64,
     },
     /// Bytes in the other order.
-    #[error("{name}, row {row}: {read:?} is no point, but with its bytes in the other order it is {swapped:?}; the byte order is wrong from here on (f32be and f64be are big-endian)")]
+    #[error(
+        "{name}, row {row}: {read:?} is no point, but with its bytes in the other order it is {swapped:?}; the byte order is wrong from here on (f32be and f64be are big-endian)"
+    )]
     Swapped {
         /// File or pipe.
         name: String,

@@ -50,7 +50,11 @@ impl NpyHeader {
                 reader.read_exact(&mut length).map_err(ends)?;
                 (u32::from_le_bytes(length) as usize, 12)
             }
-            version => return Err(wrong(format!("it is of version {version} of the format; 1, 2 and 3 can be read"))),
+            version => {
+                return Err(wrong(format!(
+                    "it is of version {version} of the format; 1, 2 and 3 can be read"
+                )));
+            }
         };
         if length > LONGEST {
             return Err(wrong(format!("its header of {length} bytes is too long to be one")));
@@ -58,7 +62,8 @@ impl NpyHeader {
         let mut text = vec![0; length];
         reader.read_exact(&mut text).map_err(ends)?;
         let text = String::from_utf8_lossy(&text);
-        let mut header = parse(&text).map_err(|why| wrong(format!("{why} in its header `{}`", text.trim_end())))?;
+        let mut header =
+            parse(&text).map_err(|why| wrong(format!("{why} in its header `{}`", text.trim_end())))?;
         header.bytes = before + length as u64;
         Ok(header)
     }
@@ -174,7 +179,12 @@ pub(super) type Named = (Box<dyn Rows>, Vec<String>);
 
 /// The rows of an array behind its header. `file` is where the same array can be opened again, if it is a file: one that was written column after
 /// column is read by as many readers as it has columns.
-pub(super) fn rows(name: &str, header: &NpyHeader, reader: Box<dyn Read + Send>, file: Option<&Path>) -> Result<Named, ReadError> {
+pub(super) fn rows(
+    name: &str,
+    header: &NpyHeader,
+    reader: Box<dyn Read + Send>,
+    file: Option<&Path>,
+) -> Result<Named, ReadError> {
     let (count, columns) = header.rows_and_columns(name)?;
     if count == 0 {
         return Err(ReadError::Empty { name: name.to_owned() });
@@ -185,7 +195,10 @@ pub(super) fn rows(name: &str, header: &NpyHeader, reader: Box<dyn Read + Send>,
         if header.fortran_order && columns > 1 {
             return by_columns(name, header, *number, count, columns, file).map(|rows| (rows, Vec::new()));
         }
-        return Ok((Box::new(BinaryRows::new(name, reader, vec![*number; columns], Some(count))), Vec::new()));
+        return Ok((
+            Box::new(BinaryRows::new(name, reader, vec![*number; columns], Some(count))),
+            Vec::new(),
+        ));
     }
     let (names, numbers) = header.fields.iter().cloned().unzip();
     Ok((Box::new(BinaryRows::new(name, reader, numbers, Some(count))), names))
@@ -223,10 +236,21 @@ mod tests {
     #[test]
     fn headers_of_numpy() {
         let header = parse("{'descr': '<f4', 'fortran_order': False, 'shape': (3, 2), }      \n").unwrap();
-        assert_eq!((header.fields[0].1, header.shape, header.fortran_order), (Number::F32, vec![3, 2], false));
-        let header = parse("{'descr': [('x', '<f4'), ('pdf', '>f8')], 'fortran_order': False, 'shape': (7,), }").unwrap();
+        assert_eq!(
+            (header.fields[0].1, header.shape, header.fortran_order),
+            (Number::F32, vec![3, 2], false)
+        );
+        let header =
+            parse("{'descr': [('x', '<f4'), ('pdf', '>f8')], 'fortran_order': False, 'shape': (7,), }")
+                .unwrap();
         assert_eq!(header.fields[1].0, "pdf");
-        for bad in ["", "{'descr': '<f2', 'fortran_order': False, 'shape': (3,)}", "{'shape': (1,)}", "{'descr': '<c8'}", "{'x"] {
+        for bad in [
+            "",
+            "{'descr': '<f2', 'fortran_order': False, 'shape': (3,)}",
+            "{'shape': (1,)}",
+            "{'descr': '<c8'}",
+            "{'x",
+        ] {
             assert!(parse(bad).is_err(), "{bad}");
         }
     }

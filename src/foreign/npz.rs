@@ -42,7 +42,11 @@ fn member(path: PathBuf, index: usize) -> Piped {
     Piped { blocks, block: Vec::new(), at: 0 }
 }
 
-fn send_member(path: &Path, index: usize, send: &SyncSender<std::io::Result<Vec<u8>>>) -> std::io::Result<()> {
+fn send_member(
+    path: &Path,
+    index: usize,
+    send: &SyncSender<std::io::Result<Vec<u8>>>,
+) -> std::io::Result<()> {
     let mut archive = zip::ZipArchive::new(std::io::BufReader::new(File::open(path)?))?;
     let mut file = archive.by_index(index)?;
     loop {

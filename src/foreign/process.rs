@@ -30,7 +30,9 @@ pub enum ProgramError {
         why: String,
     },
     /// Its first line is not the one that the protocol asks for.
-    #[error("the first line of `{command}` should be like `warpcheck 1 domain=hemisphere dimensions=2`: {why}")]
+    #[error(
+        "the first line of `{command}` should be like `warpcheck 1 domain=hemisphere dimensions=2`: {why}"
+    )]
     Greeting {
         /// The command line.
         command: String,
@@ -62,7 +64,9 @@ pub enum ProgramError {
         last_words: String,
     },
     /// Its numbers are none.
-    #[error("`{command}` answers nonsense {when}: {what}; does it print something else, or numbers that are not 64-bit little-endian?")]
+    #[error(
+        "`{command}` answers nonsense {when}: {what}; does it print something else, or numbers that are not 64-bit little-endian?"
+    )]
     Nonsense {
         /// The command line.
         command: String,
@@ -72,7 +76,9 @@ pub enum ProgramError {
         what: String,
     },
     /// The same question has two answers.
-    #[error("`{command}` gives {first} for xi = {xi:?} and, asked again, {second}: it must use nothing but these variates")]
+    #[error(
+        "`{command}` gives {first} for xi = {xi:?} and, asked again, {second}: it must use nothing but these variates"
+    )]
     Forgetful {
         /// The command line.
         command: String,
@@ -208,7 +214,8 @@ impl Process {
             .stderr(Stdio::piped())
             .spawn()
             .map_err(|error| refused(error.to_string()))?;
-        let (Some(stdin), Some(stdout), Some(stderr)) = (child.stdin.take(), child.stdout.take(), child.stderr.take())
+        let (Some(stdin), Some(stdout), Some(stderr)) =
+            (child.stdin.take(), child.stdout.take(), child.stderr.take())
         else {
             return Err(refused("no pipes".to_owned()));
         };
@@ -258,10 +265,13 @@ impl Process {
         }
         match words.next() {
             Some("1") => {}
-            version => return Err(wrong(format!("it speaks version {}, not 1", version.unwrap_or("of nothing")))),
+            version => {
+                return Err(wrong(format!("it speaks version {}, not 1", version.unwrap_or("of nothing"))));
+            }
         }
         let pair = |word: &str| {
-            let (key, value) = word.split_once('=').ok_or_else(|| wrong(format!("`{word}` is not key=value")))?;
+            let (key, value) =
+                word.split_once('=').ok_or_else(|| wrong(format!("`{word}` is not key=value")))?;
             Ok((key.to_owned(), value.to_owned()))
         };
         Ok(Greeting { words: words.map(pair).collect::<Result<_, _>>()? })
@@ -290,7 +300,8 @@ impl Process {
         let how = status.map_or_else(|| "closed its output".to_owned(), |status| format!("ended ({status})"));
         copy.end();
         let words: Vec<String> = lock(&copy.last_words).iter().cloned().collect();
-        let last_words = if words.is_empty() { String::new() } else { format!("; it said: {}", words.join(" | ")) };
+        let last_words =
+            if words.is_empty() { String::new() } else { format!("; it said: {}", words.join(" | ")) };
         if hangs {
             return ProgramError::Hangs { command, seconds: self.timeout.as_secs_f64(), when, last_words };
         }
@@ -298,7 +309,14 @@ impl Process {
     }
 
     /// Asks `word` of `count` rows of numbers; the answer has `each` numbers for every row.
-    pub fn ask(&self, word: &str, rows: &[f64], width: usize, each: usize, out: &mut Vec<f64>) -> Result<(), ProgramError> {
+    pub fn ask(
+        &self,
+        word: &str,
+        rows: &[f64],
+        width: usize,
+        each: usize,
+        out: &mut Vec<f64>,
+    ) -> Result<(), ProgramError> {
         out.clear();
         if rows.is_empty() {
             return Ok(());

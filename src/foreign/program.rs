@@ -42,7 +42,8 @@ impl Started {
     /// If it doesn't say how many variates it takes, dies, hangs, answers nonsense, or gives two answers to the same question.
     pub fn on<D: Coordinates>(self, convention: Convention<D>) -> Result<Program<D>, ProgramError> {
         let wrong = |why: String| ProgramError::Greeting { command: self.process.command.clone(), why };
-        let dimensions = self.greeting().get("dimensions").ok_or_else(|| wrong("`dimensions` is missing".to_owned()))?;
+        let dimensions =
+            self.greeting().get("dimensions").ok_or_else(|| wrong("`dimensions` is missing".to_owned()))?;
         let dimensions = match dimensions.parse::<usize>() {
             Ok(d) if (1..=64).contains(&d) => d,
             _ => return Err(wrong(format!("dimensions={dimensions} is not a number from 1 to 64"))),
@@ -139,9 +140,11 @@ impl<D: Coordinates> Program<D> {
             self.process.ask("sample", part, self.dimensions, each, &mut half)?;
             again.splice(0..0, half.drain(..));
         }
-        let coordinates = || all.chunks_exact(each).flat_map(|row| &row[..width]).filter(|x| **x != 0.0 && !x.is_nan());
+        let coordinates =
+            || all.chunks_exact(each).flat_map(|row| &row[..width]).filter(|x| **x != 0.0 && !x.is_nan());
         let implausible = coordinates().filter(|x| !PLAUSIBLE.contains(&x.abs())).count();
-        let rows = || all.chunks_exact(each).zip(again.chunks_exact(each)).zip(xi.chunks_exact(self.dimensions));
+        let rows =
+            || all.chunks_exact(each).zip(again.chunks_exact(each)).zip(xi.chunks_exact(self.dimensions));
         if 2 * implausible > coordinates().count() {
             let what = format!("the first of {TWICE} points is {:?}", &all[..width]);
             return Err(ProgramError::Nonsense {
@@ -150,7 +153,9 @@ impl<D: Coordinates> Program<D> {
                 what,
             });
         }
-        let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan());
+        let same = |a: &[f64], b: &[f64]| {
+            a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan())
+        };
         match rows().find(|((a, b), _)| !same(a, b)) {
             None => Ok(()),
             Some(((a, b), xi)) => Err(ProgramError::Forgetful {
@@ -208,7 +213,9 @@ impl<D: Coordinates> Sampler for Program<D> {
         let mut rows = Vec::with_capacity(points.len() * self.width());
         points.iter().for_each(|point| self.convention.numbers(point, &mut rows));
         if self.has_density && self.ask("density", &rows, self.width(), 1, out) {
-            out.iter_mut().zip(points).for_each(|(value, point)| *value = self.convention.density(point, *value));
+            out.iter_mut()
+                .zip(points)
+                .for_each(|(value, point)| *value = self.convention.density(point, *value));
         } else {
             out.clear();
             out.resize(points.len(), 0.0);
@@ -281,7 +288,11 @@ impl<'a, D: Coordinates> ProgramRows<'a, D> {
     /// What a row says.
     pub fn row(domain: &D, row: &[f64]) -> Row<D::Point> {
         let width = row.len() - 1;
-        Row { point: (row[width] != 0.0).then(|| domain.point_of(&row[..width])), density: None, weight: None }
+        Row {
+            point: (row[width] != 0.0).then(|| domain.point_of(&row[..width])),
+            density: None,
+            weight: None,
+        }
     }
 }
 

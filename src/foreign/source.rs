@@ -58,7 +58,11 @@ impl Samples {
     ///
     /// # Errors
     /// Where it can't be read, is empty, or has other columns than the domain needs.
-    pub fn open<D: Coordinates>(place: &Place, columns: Option<&Columns>, convention: &Convention<D>) -> Result<Self, ReadError> {
+    pub fn open<D: Coordinates>(
+        place: &Place,
+        columns: Option<&Columns>,
+        convention: &Convention<D>,
+    ) -> Result<Self, ReadError> {
         let name = place.name();
         let mut reader = place.open()?;
         let mut magic = Vec::new();
@@ -67,7 +71,9 @@ impl Samples {
         if magic.is_empty() {
             return Err(ReadError::Empty { name });
         }
-        let whole = |rest: Box<dyn Read + Send>| -> Box<dyn Read + Send> { Box::new(std::io::Cursor::new(magic.clone()).chain(rest)) };
+        let whole = |rest: Box<dyn Read + Send>| -> Box<dyn Read + Send> {
+            Box::new(std::io::Cursor::new(magic.clone()).chain(rest))
+        };
         let path = match place {
             Place::File(path) => Some(path.as_path()),
             Place::Stdin => None,
@@ -82,14 +88,18 @@ impl Samples {
             let why = "an archive can't be read from a pipe; say a file".to_owned();
             npz::rows(path.ok_or(ReadError::Read { name: name.clone(), why })?)?
         } else if let Some(numbers) = numbers {
-            let size = path.and_then(|path| path.metadata().ok()).filter(std::fs::Metadata::is_file).map(|m| m.len());
+            let size = path
+                .and_then(|path| path.metadata().ok())
+                .filter(std::fs::Metadata::is_file)
+                .map(|m| m.len());
             let stride: u64 = numbers.iter().map(|n| n.bytes as u64).sum();
             // A file that ends inside of a row is to be read up to there.
             let promised = size.filter(|size| size % stride == 0).map(|size| size / stride);
             let rows: Box<dyn Rows> = Box::new(BinaryRows::new(&name, whole(reader), numbers, promised));
             (rows, Vec::new())
         } else if magic.iter().any(|b| *b == 0 || *b > 126) {
-            let why = "it is neither text nor an array; bytes need --columns with a type, such as x,y,z:f32".to_owned();
+            let why = "it is neither text nor an array; bytes need --columns with a type, such as x,y,z:f32"
+                .to_owned();
             return Err(ReadError::Columns { name, why });
         } else {
             text::rows(&name, whole(reader))?
@@ -130,7 +140,13 @@ fn named_by_domain<D: Coordinates>(names: &[String], domain: &D) -> Vec<String> 
     let mut own = domain.names().iter();
     let all: Vec<String> = names
         .iter()
-        .map(|name| if name.is_empty() { own.next().map_or_else(|| "?".to_owned(), |n| (*n).to_owned()) } else { name.clone() })
+        .map(|name| {
+            if name.is_empty() {
+                own.next().map_or_else(|| "?".to_owned(), |n| (*n).to_owned())
+            } else {
+                name.clone()
+            }
+        })
         .collect();
     // Nothing but the array: it may have a density behind the point.
     if names.iter().all(String::is_empty) { Vec::new() } else { all }
@@ -167,7 +183,9 @@ impl Check {
             let swap = move |row: &[f64]| -> Option<Vec<f64>> {
                 let columns = layout.point_columns();
                 let odd = |x: f64| x.abs() > LARGE || x != 0.0 && x.abs() < SMALL;
-                if !columns.iter().any(|&c| odd(row[c])) || convention.domain.locate(&layout.point(&convention, row)).is_ok() {
+                if !columns.iter().any(|&c| odd(row[c]))
+                    || convention.domain.locate(&layout.point(&convention, row)).is_ok()
+                {
                     return None;
                 }
                 let other: Vec<f64> = row.iter().zip(&numbers).map(|(&x, n)| n.swapped(x)).collect();
@@ -201,11 +219,21 @@ impl Check {
             return Ok(()); // its point is not looked at
         }
         if let Some(other) = self.swapped.as_ref().and_then(|swapped| swapped(row)) {
-            return Err(ReadError::Swapped { name: name(), row: self.read, read: row.to_vec(), swapped: other });
+            return Err(ReadError::Swapped {
+                name: name(),
+                row: self.read,
+                read: row.to_vec(),
+                swapped: other,
+            });
         }
         if let Some(&column) = self.used.iter().find(|&&c| !row[c].is_finite()) {
             let label = self.names.get(column).cloned().unwrap_or_else(|| format!("column {column}"));
-            return Err(ReadError::NotFinite { name: name(), row: self.read, column: label, value: row[column] });
+            return Err(ReadError::NotFinite {
+                name: name(),
+                row: self.read,
+                column: label,
+                value: row[column],
+            });
         }
         if let Some(value) = self.discrete.map(|column| row[column]).filter(|x| x.fract() != 0.0) {
             return Err(ReadError::Index { name: name(), row: self.read, value });
@@ -374,7 +402,9 @@ pub fn read_array(path: &Path) -> Result<(usize, usize, Vec<f64>), ReadError> {
     let mut reader = Place::File(path.to_owned()).open()?;
     let header = NpyHeader::read(&name, &mut reader)?;
     let wrong = |why: String| ReadError::Header { name: name.clone(), why };
-    let [(field, number)] = &header.fields[..] else { return Err(wrong("it has fields; a table has none".to_owned())) };
+    let [(field, number)] = &header.fields[..] else {
+        return Err(wrong("it has fields; a table has none".to_owned()));
+    };
     let (rows, columns) = match header.shape[..] {
         [columns] => (1, columns),
         [rows, columns] => (rows, columns),

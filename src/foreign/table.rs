@@ -55,8 +55,15 @@ impl<D: Coordinates> Table<D> {
     ///
     /// # Errors
     /// If the shape is not one of the domain's, or a number is negative, infinite or NaN, or all are 0.
-    pub fn new(domain: D, rows: usize, columns: usize, values: Vec<f64>, measure: Measure) -> Result<Self, TableError> {
-        let shape = |why: &str| TableError::Shape { rows, columns, domain: domain.name(), why: why.to_owned() };
+    pub fn new(
+        domain: D,
+        rows: usize,
+        columns: usize,
+        values: Vec<f64>,
+        measure: Measure,
+    ) -> Result<Self, TableError> {
+        let shape =
+            |why: &str| TableError::Shape { rows, columns, domain: domain.name(), why: why.to_owned() };
         match domain.name() {
             "triangle" => return Err(shape("its chart has no rows and columns that others would use")),
             "discrete" if rows != 1 || columns != domain.patches() => {
@@ -64,14 +71,18 @@ impl<D: Coordinates> Table<D> {
             }
             "interval" if rows != 1 => return Err(shape("it has one row")),
             "interval" if !domain.measure().is_finite() => return Err(shape("the interval has no end")),
-            _ if rows * columns != values.len() || values.is_empty() => return Err(shape("their number is another")),
+            _ if rows * columns != values.len() || values.is_empty() => {
+                return Err(shape("their number is another"));
+            }
             _ => {}
         }
         if let Some(i) = values.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
             return Err(TableError::Texel { row: i / columns, column: i % columns, value: values[i] });
         }
         let mut table = Self { domain, rows, columns, values, measure, integral: 0.0 };
-        table.integral = (0..table.values.len()).map(|i| table.values[i] * table.texel_measure(i / columns, i % columns)).sum();
+        table.integral = (0..table.values.len())
+            .map(|i| table.values[i] * table.texel_measure(i / columns, i % columns))
+            .sum();
         if table.integral > 0.0 { Ok(table) } else { Err(TableError::Zero) }
     }
 
@@ -128,7 +139,8 @@ impl<D: Coordinates> Table<D> {
             return self.values[location.patch] * self.measure.factor(&self.domain, location);
         }
         let [down, across] = self.axes();
-        let value = self.values[index(location.at[down], self.rows) * self.columns + index(location.at[across], self.columns)];
+        let value = self.values
+            [index(location.at[down], self.rows) * self.columns + index(location.at[across], self.columns)];
         if value == 0.0 { 0.0 } else { value * self.measure.factor(&self.domain, location) }
     }
 
@@ -160,8 +172,13 @@ mod tests {
             for measure in Measure::of(&domain) {
                 let values = (0..rows * columns).map(|i| 1.0 + (i % 5) as f64).collect();
                 let table = Table::new(domain.clone(), rows, columns, values, measure).unwrap().normalised();
-                let integrator = Integrator { relative_tolerance: 1e-7, max_evaluations: 400_000, ..Integrator::default() };
-                let whole = integrator.integrate(&domain, &Cell::whole(&domain), &table.knots(), |p| table.density(p));
+                let integrator = Integrator {
+                    relative_tolerance: 1e-7,
+                    max_evaluations: 400_000,
+                    ..Integrator::default()
+                };
+                let whole = integrator
+                    .integrate(&domain, &Cell::whole(&domain), &table.knots(), |p| table.density(p));
                 assert!((whole.value - 1.0).abs() < 1e-5, "{} {measure}: {}", domain.name(), whole.value);
             }
         }

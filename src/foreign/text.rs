@@ -31,7 +31,8 @@ pub(super) fn rows(name: &str, reader: Box<dyn Read + Send>) -> Result<Named, Re
     let mut start = Vec::new();
     reader.by_ref().take(START).read_to_end(&mut start).map_err(|error| unread(error.to_string()))?;
     let line = start.split(|b| *b == b'\n').find(|line| !line.is_empty() && line[0] != b'#').unwrap_or(&[]);
-    let delimiter = [b',', b';', b'\t', b' '].into_iter().find(|d| line.trim_ascii().contains(d)).unwrap_or(b',');
+    let delimiter =
+        [b',', b';', b'\t', b' '].into_iter().find(|d| line.trim_ascii().contains(d)).unwrap_or(b',');
     let rest: Box<dyn Read + Send> = Box::new(std::io::Cursor::new(start).chain(reader));
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -52,7 +53,15 @@ pub(super) fn rows(name: &str, reader: Box<dyn Read + Send>) -> Result<Named, Re
     } else {
         Vec::new()
     };
-    let rows = TextRows { name: name.to_owned(), reader, record, waiting: !has_names, names: names.clone(), width, read: 0 };
+    let rows = TextRows {
+        name: name.to_owned(),
+        reader,
+        record,
+        waiting: !has_names,
+        names: names.clone(),
+        width,
+        read: 0,
+    };
     Ok((Box::new(rows), names))
 }
 
@@ -74,7 +83,14 @@ impl Rows for TextRows {
             let (record, row) = (&self.record, self.read);
             let line = record.position().map_or(0, csv::Position::line);
             if record.len() != self.width {
-                return Err(ReadError::Fields { name: name(), row, line, fields: record.len(), of: self.width }.into());
+                return Err(ReadError::Fields {
+                    name: name(),
+                    row,
+                    line,
+                    fields: record.len(),
+                    of: self.width,
+                }
+                .into());
             }
             for (i, field) in record.iter().enumerate() {
                 let Some(value) = number(field) else {

@@ -140,7 +140,8 @@ impl Expectation {
         let integrator = Integrator { relative_tolerance, absolute_tolerance: 1e-9, max_evaluations: 20_000 };
         let integrate = |integrator: Integrator, partition: &Partition, leaf: usize, cell: &Cell| {
             let grading = partition.grading(leaf);
-            integrator.integrate_chart(space, cell, knots, &grading, &|places, out| probe.densities_at(places, out))
+            integrator
+                .integrate_chart(space, cell, knots, &grading, &|places, out| probe.densities_at(places, out))
         };
         // The parts that a line cuts off need no such care: their errors are taken off a distance, not summed up.
         let rough = Integrator { relative_tolerance: 1e-4, absolute_tolerance: 1e-9, max_evaluations: 400 };

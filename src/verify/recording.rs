@@ -197,7 +197,8 @@ impl<'a, D: Domain> Recording<'a, D> {
     /// Where a row can't be read.
     pub fn examine(&self, settings: &Settings) -> Result<Examination, RowsError> {
         let left = self.rows.map(|rows| rows - self.pilot_count());
-        let settings = Settings { samples: settings.samples.min(left.unwrap_or(settings.samples)), ..settings.clone() };
+        let settings =
+            Settings { samples: settings.samples.min(left.unwrap_or(settings.samples)), ..settings.clone() };
         let mut examination = examine(self, self.name.clone(), &settings);
         examination.against = if self.density.is_some() { Against::Given } else { Against::OwnDensities };
         self.error().map_or(Ok(examination), Err)
@@ -319,7 +320,11 @@ impl<D: Domain> Probe for Recording<'_, D> {
     fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64> {
         let Some((point, ..)) = self.drawn(&self.held(), xi[0]) else { return Vec::new() };
         let neighbours = self.domain.neighbours(&point, epsilon);
-        if self.density.is_none() { Vec::new() } else { neighbours.iter().map(|p| self.density_of(p)).collect() }
+        if self.density.is_none() {
+            Vec::new()
+        } else {
+            neighbours.iter().map(|p| self.density_of(p)).collect()
+        }
     }
 
     fn displacement(&self, _: &[f64], _: &[f64]) -> Option<([f64; 2], f64)> {
@@ -359,7 +364,11 @@ impl<D: Domain> Probe for Recording<'_, D> {
     }
 
     fn known(&self) -> Vec<(&str, f64)> {
-        self.integral.filter(|_| self.columns.weight).map(|integral| ("the column of weights", integral)).into_iter().collect()
+        self.integral
+            .filter(|_| self.columns.weight)
+            .map(|integral| ("the column of weights", integral))
+            .into_iter()
+            .collect()
     }
 
     fn rivals_at(&self, _: usize, _: [f64; 2]) -> Vec<(String, f64)> {

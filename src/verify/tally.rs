@@ -273,9 +273,9 @@ impl<'a> Counter<'a> {
             Fate::Rejected => tally.rejected += 1,
             Fate::Outside => {
                 let why = || self.probe.look(xi).and_then(|l| l.location.err().map(|why| (l.point, why)));
-                tally
-                    .outside
-                    .add(self.probe, xi, || why().map_or_else(String::new, |(p, why)| format!("the point {p} {why}")));
+                tally.outside.add(self.probe, xi, || {
+                    why().map_or_else(String::new, |(p, why)| format!("the point {p} {why}"))
+                });
             }
             Fate::Drawn => {
                 let location = &draw.location;
@@ -304,7 +304,9 @@ impl<'a> Counter<'a> {
                     tally.left_over[class * CLASSES + (rest * CLASSES as f64) as usize] += 1;
                 }
                 Some(rest) => {
-                    tally.left_over_outside.add(self.probe, xi, || format!("the variate left over is {rest}"));
+                    tally
+                        .left_over_outside
+                        .add(self.probe, xi, || format!("the variate left over is {rest}"));
                 }
                 None => {}
             }
@@ -323,7 +325,9 @@ impl<'a> Counter<'a> {
             tally.disagreement.asked += 1;
             let asked = draw.asked;
             if !(asked.is_finite() && asked >= 0.0) {
-                tally.invalid.add(self.probe, xi, || format!("asked for the density at {}, it says {asked}", point()));
+                tally
+                    .invalid
+                    .add(self.probe, xi, || format!("asked for the density at {}, it says {asked}", point()));
             } else if asked == 0.0 {
                 self.zero(xi, "asked, the density", tally);
             } else if (density - asked).abs() > SLACK * density {

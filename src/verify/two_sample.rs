@@ -15,9 +15,9 @@ use super::expectation::{LEAST, MODULI};
 use super::finding::{Evidence, Finding, Verdict};
 use super::map::{self, CellFigure};
 use super::points::{Samples, same};
+use super::probe::{Fate, Probe};
 use super::report::Report;
 use super::setters::setters;
-use super::probe::{Fate, Probe};
 use super::settings::{Drawn, Settings};
 use super::tally::SHARD;
 use crate::domain::{Cell, Domain, Knots, Location, Partition, Space};
@@ -279,7 +279,8 @@ fn count_rows(recording: &dyn Probe, cells: &Partition, settings: &Settings) -> 
         let loaded = recording.load(first, wanted);
         let counted = crate::parallel::map(loaded.div_ceil(SHARD) as usize, |shard| {
             let from = first + shard as u64 * SHARD;
-            let rows: Vec<f64> = (from..(from + SHARD).min(first + loaded)).map(|row| row as f64 + 1.0).collect();
+            let rows: Vec<f64> =
+                (from..(from + SHARD).min(first + loaded)).map(|row| row as f64 + 1.0).collect();
             let (mut draws, mut values) = (Vec::new(), Vec::new());
             let mut counts = Side::empty(cells);
             recording.draw(&rows, usize::MAX, &mut draws, &mut values);
@@ -290,7 +291,9 @@ fn count_rows(recording: &dyn Probe, cells: &Partition, settings: &Settings) -> 
                     Fate::Outside => {
                         counts.outside += 1;
                         counts.first_outside.get_or_insert_with(|| {
-                            let look = recording.look(&[*row]).and_then(|l| l.location.err().map(|why| (l.point, why)));
+                            let look = recording
+                                .look(&[*row])
+                                .and_then(|l| l.location.err().map(|why| (l.point, why)));
                             look.map_or_else(String::new, |(point, why)| {
                                 format!("{}: {point} {why}", recording.called(&[*row]))
                             })

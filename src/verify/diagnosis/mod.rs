@@ -143,7 +143,8 @@ struct Fit {
 fn by_counts(case: &Case<'_>) -> Option<Diagnosis> {
     let total = case.expectation.total;
     let no_density = !case.probe.has_density()
-        || total.bad.is_some() || case.expectation.leaves.iter().any(|leaf| !(leaf.value >= 0.0));
+        || total.bad.is_some()
+        || case.expectation.leaves.iter().any(|leaf| !(leaf.value >= 0.0));
     if no_density || !(total.value > 0.0 && total.value.is_finite() && total.error.is_finite()) {
         return None;
     }
