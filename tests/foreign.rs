@@ -151,8 +151,7 @@ fn every_format_reads_the_same_samples() {
     ];
     let mut said = Vec::new();
     for file in &files {
-        let (code, out, err) =
-            check(&[file, "--domain", "hemisphere", "--name", "cosine", "--without", "repeats"], &[]);
+        let (code, out, err) = check(&[file, "--domain", "hemisphere", "--name", "cosine"], &[]);
         assert_eq!(code, PASS, "{file}\n{out}\n{err}");
         // All but the time.
         said.push((file, out.lines().nth(1).unwrap().rsplit_once("  ").unwrap().0.trim_end().to_owned()));
@@ -281,7 +280,7 @@ fn a_table_is_a_density() {
     expect(FAIL, "diagnosis", &arguments, &f32s(&uniform));
     // Bets see it after a few thousand of a million.
     let mut anytime = arguments.to_vec();
-    anytime.push("--anytime");
+    anytime.extend(["--anytime", "--name", "anytime"]);
     let (code, out, _) =
         check(&anytime, &f32s(&uniform.iter().cycle().take(240_000).cloned().collect::<Vec<_>>()));
     let judged: u64 = out.lines().nth(1).unwrap().split_whitespace().nth(3).unwrap().parse().unwrap();
@@ -399,20 +398,10 @@ fn example(name: &str) -> String {
 fn the_python_example_is_judged_rightly() {
     let Some(python) = tool("python3") else { return };
     let command = format!("{} '{}'", python.display(), example("sampler.py"));
-    expect(PASS, "1 of 1", &["--sampler", &command, "--samples", "60k"], &[]);
+    expect(PASS, "1 of 1", &["--sampler", &command, "--samples", "20k"], &[]);
     let broken = format!("{command} --broken");
-    let arguments = ["--sampler", &broken, "--samples", "60k"];
+    let arguments = ["--sampler", &broken, "--samples", "20k"];
     expect(FAIL, "jacobian", &arguments, &[]);
-    // The same once more: what it says doesn't depend on which copy of the program was asked.
-    let said = || {
-        check(&arguments, &[])
-            .1
-            .lines()
-            .filter(|l| !l.contains(" fail "))
-            .map(str::to_owned)
-            .collect::<Vec<_>>()
-    };
-    assert_eq!(said(), said());
 }
 
 #[test]
@@ -424,14 +413,9 @@ fn the_c_example_is_judged_rightly() {
         Command::new(cc).args(["-O2", &example("sampler.c"), "-lm", "-o"]).arg(&program).status().unwrap();
     assert!(built.success());
     let command = program.to_str().unwrap().to_owned();
-    expect(PASS, "1 of 1", &["--sampler", &command, "--samples", "200k"], &[]);
+    expect(PASS, "1 of 1", &["--sampler", &command, "--samples", "50k"], &[]);
     let broken = format!("{command} --broken");
-    expect(
-        FAIL,
-        "the shape of the density is right, but its normalisation is off",
-        &["--sampler", &broken, "--samples", "200k"],
-        &[],
-    );
+    expect(FAIL, "it is too small by that constant", &["--sampler", &broken, "--samples", "50k"], &[]);
     let y_up = ["--sampler", &command, "--samples", "50k", "--frame", "y-up"];
     expect(FAIL, "if the points are read with --frame z-up, nothing is wrong", &y_up, &[]);
 }

@@ -3,12 +3,12 @@
 use super::error::ReadError;
 use super::npy::Named;
 use crate::verify::{Rows, RowsError};
-use std::io::{BufRead, BufReader, Read};
+use std::io::Read;
 
 /// Rows of a text file.
 struct TextRows {
     name: String,
-    reader: csv::Reader<Box<dyn BufRead + Send>>,
+    reader: csv::Reader<Box<dyn Read + Send>>,
     record: csv::ByteRecord,
     /// The first record, where it is no line of names.
     waiting: bool,
@@ -17,25 +17,30 @@ struct TextRows {
     read: u64,
 }
 
+/// What the separator is told by.
+const START: u64 = 1 << 16;
+
 fn number(field: &[u8]) -> Option<f64> {
     std::str::from_utf8(field).ok()?.parse().ok()
 }
 
 /// The rows of a text, and the names of its columns if it begins with them.
 pub(super) fn rows(name: &str, reader: Box<dyn Read + Send>) -> Result<Named, ReadError> {
-    let mut reader: Box<dyn BufRead + Send> = Box::new(BufReader::with_capacity(1 << 18, reader));
     let unread = |why: String| ReadError::Read { name: name.to_owned(), why };
-    let start = reader.fill_buf().map_err(|error| unread(error.to_string()))?;
+    let mut reader = reader;
+    let mut start = Vec::new();
+    reader.by_ref().take(START).read_to_end(&mut start).map_err(|error| unread(error.to_string()))?;
     let line = start.split(|b| *b == b'\n').find(|line| !line.is_empty() && line[0] != b'#').unwrap_or(&[]);
     let delimiter =
         [b',', b';', b'\t', b' '].into_iter().find(|d| line.trim_ascii().contains(d)).unwrap_or(b',');
+    let rest: Box<dyn Read + Send> = Box::new(std::io::Cursor::new(start).chain(reader));
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
         .delimiter(delimiter)
-        .from_reader(reader);
+        .from_reader(rest);
     let mut record = csv::ByteRecord::new();
     if !reader.read_byte_record(&mut record).map_err(|error| unread(error.to_string()))? {
         return Err(ReadError::Empty { name: name.to_owned() });

@@ -128,6 +128,20 @@ fn inverse_density(check: &'static str, case: &Case<'_>) -> Finding {
     Finding::new(check, Evidence::Chance { p, conservative: p }, detail).part("1 / density").sees(sees)
 }
 
+/// The mean of 1 / density over the measure, and its error, where that is the same in all cells of the coarsest scale.
+pub(super) fn common_ratio(case: &Case<'_>) -> Option<(f64, f64)> {
+    let leaves = case.expectation.leaves.len();
+    let limits: Vec<Option<f64>> = (0..leaves).map(|leaf| largest_weight(case, leaf)).collect();
+    let scale = case.expectation.scales.first()?;
+    let figures: Vec<Figure> = cells(case, scale, &limits).filter_map(|(_, figure)| figure).collect();
+    let precision = |f: &Figure| 1.0 / f.relative_error.max(ROUNDING).powi(2);
+    let total: f64 = figures.iter().map(precision).sum();
+    let mean = figures.iter().map(|f| f.ratio * precision(f)).sum::<f64>() / total;
+    let spread: f64 = figures.iter().map(|f| (f.ratio - mean).powi(2) * precision(f)).sum();
+    let df = figures.len() as f64 - 1.0;
+    (df >= 3.0 && spread < df + 5.0 * (2.0 * df).sqrt()).then_some((mean, total.powf(-0.5)))
+}
+
 struct Figure {
     p: f64,
     /// Mean of the weights over the measure.

@@ -86,6 +86,7 @@ pub(super) fn diagnose(case: &Case<'_>) -> Option<Diagnosis> {
         .or_else(|| direct::nothing(case))
         .or_else(|| direct::not_finite(case))
         .map(Diagnosis::direct)
+        .or_else(|| by_weights(case))
         .or_else(|| by_counts(case))
         .or_else(|| {
             direct::disagreement(case)
@@ -95,6 +96,21 @@ pub(super) fn diagnose(case: &Case<'_>) -> Option<Diagnosis> {
                 .or_else(|| direct::importance(case))
                 .map(Diagnosis::direct)
         })
+}
+
+/// Where there are no expected counts: whether the means of 1 / density are those of a density times one constant.
+fn by_weights(case: &Case<'_>) -> Option<Diagnosis> {
+    if case.probe.has_density() || case.probe.partial() {
+        return None;
+    }
+    let (ratio, error) = crate::verify::weights::common_ratio(case)?;
+    if (ratio - 1.0).abs() < 5.0 * error {
+        return None;
+    }
+    of_mean(1.0 / ratio, error / ratio).map(|diagnosis| {
+        let text = format!("{} (the densities, all over the domain)", diagnosis.text);
+        Diagnosis { text, ..diagnosis }
+    })
 }
 
 /// What would explain a mean that is `ratio` times what it should be, known up to a relative `tolerance`.
