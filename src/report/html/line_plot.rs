@@ -100,6 +100,7 @@ where
             .configure_series_labels()
             .position(SeriesLabelPosition::LowerRight)
             .label_font(font(12))
+            .background_style(WHITE.mix(0.85))
             .border_style(TRANSPARENT)
             .draw()?;
     }
