@@ -90,7 +90,7 @@ impl Page {
             .with(Block::Table(overview(report, &order)))
             .with(words(
                 "A cell has the worst verdict of the check's parts and the least of their p-values, corrected for their own number; none where no chance is \
-                 involved, – where the check has no answer or does not apply. Verdicts, and “corrected p”, are after correction over the whole run. Would have seen: the relative error of the density over 5% of the mass in one piece that is \
+                 involved, – where the check has no answer or does not apply. Verdicts, and “corrected p”, are after correction over the whole run. Sees: the relative error of the density over 5% of the mass in one piece that is \
                  caught with probability 0.99.",
             ));
         self.section(overview);
@@ -164,7 +164,7 @@ fn overview(report: &Report, order: &[usize]) -> Table {
         Column::numbers("corrected p").about("the least of the sampler, corrected over the whole run"),
     ]
     .into_iter()
-    .chain([Column::numbers("would have seen").about(
+    .chain([Column::numbers("sees").about(
         "relative error of the density over 5% of the mass in one piece, caught with probability 0.99",
     )])
     .chain(names.iter().map(|name| Column::numbers(*name).about(about(name))))
@@ -363,9 +363,9 @@ fn plots(report: &Report, e: &Examination) -> Option<Block> {
     }
     let power = e.power(report.level());
     if let (Some(first), Some(last)) = (power.first(), power.last()) {
-        // From where even the largest region is not seen to where the smallest is.
-        let (low, high) = (0.3 * last.error.min(first.error), 1.5 * first.error.max(last.error));
-        let errors: Vec<f64> = (0..=24).map(|k| low * (high / low).powf(f64::from(k) / 24.0)).collect();
+        // From where even the largest region is not seen, with room for the names, to where the smallest is.
+        let (low, high) = (0.04 * last.error.min(first.error), 1.5 * first.error.max(last.error));
+        let errors: Vec<f64> = (0..=40).map(|k| low * (high / low).powf(f64::from(k) / 40.0)).collect();
         let series: Vec<Series> = power
             .iter()
             .map(|p| {
