@@ -424,10 +424,7 @@ fn what_makes_no_sense_is_refused_in_one_sentence() {
         (cornell("--spp 0"), "'0' for '--spp <SPP>': there must be at least 1"),
         (cornell("--spp -1"), "'-1' for '--spp <SPP>': there must be at least 1"),
         (cornell("--spp 1,1e12"), "'1e12' for '--spp <SPP>': too many: at most 1e9"),
-        (
-            cornell("--strategy bdpt"),
-            "`bdpt` is no strategy; it must be uniform, brdf, light, mis, mis:C with",
-        ),
+        (cornell("--strategy bdpt"), "`bdpt` is no strategy; it must be uniform, brdf, light, mis, mis:C"),
         (cornell("--strategy mis:1.5"), "`mis:1.5` is no strategy"),
         ("verfy".to_owned(), "unrecognized subcommand 'verfy'; tip: a similar subcommand exists: 'verify'"),
     ] {

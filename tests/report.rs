@@ -273,3 +273,26 @@ fn shells_and_man_are_told() {
     assert!(page.contains("anytime"));
     assert_eq!(warpcheck(folder.path(), "man nothing").status.code(), Some(2));
 }
+
+#[test]
+fn power_at_any_error_is_that_of_the_table() {
+    let report = report("right", "wrong");
+    let e = &report.examinations[0];
+    let level = report.level();
+    let power = e.power(level);
+    assert_eq!(power.len(), 4);
+    for p in power {
+        let at = |error: f64| e.power_against(level, p.mass, error).unwrap();
+        // Either the cells or the windows have 0.99 there; the better of both, no less.
+        assert!((0.985..0.9999).contains(&at(p.error)), "{p:?}: {}", at(p.error));
+        assert!(at(0.0) < 1e-3 && at(0.5 * p.error) < 0.8 && at(2.0 * p.error) > 0.9999, "{p:?}");
+        let path: Vec<f64> = (0..20).map(|k| at(p.error * f64::from(k) / 10.0)).collect();
+        assert!(path.is_sorted(), "{path:?}");
+    }
+    let anytime = verify(&CosineHemisphere).anytime().samples(20_000).run();
+    assert_eq!(anytime.examinations[0].power_against(level, 0.05, 0.1), None);
+    // 1 / e-values: at every doubling, and in the end.
+    let looks = &anytime.examinations[0].history;
+    assert_eq!(looks.iter().map(|l| l.samples).collect::<Vec<_>>(), [16_384, 20_000]);
+    assert!(looks.iter().all(|l| l.p > 1e-3 && l.p <= 1.0), "{looks:?}");
+}

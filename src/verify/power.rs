@@ -60,7 +60,7 @@ pub(super) fn probability(
         tail::noncentral_sf(tail::isf(alpha, df).ok()?, df, seen).ok()
     });
     let best = by_cells.max_by(f64::total_cmp)?;
-    if !scales.last().is_some_and(|&cells| cells >= scan::PIECES as usize) {
+    if scales.last().is_none_or(|&cells| cells < scan::PIECES as usize) {
         return Some(best);
     }
     let level = alpha / scan::tests();

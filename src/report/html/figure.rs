@@ -9,8 +9,8 @@ use serde::Serialize;
 const WIDEST: usize = 512;
 /// Colours along a scale; two more are for cells outside of the domain.
 const LEVELS: f64 = 253.0;
-/// Letters that fit along a legend.
-const LETTERS: f64 = 44.0;
+/// Letters that fit along a legend, on a phone too.
+const LETTERS: f64 = 34.0;
 
 /// A picture with what a reader needs beside it.
 #[derive(Clone, Debug, Serialize)]

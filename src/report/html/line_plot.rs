@@ -98,8 +98,9 @@ where
     if series.len() > 1 {
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::LowerRight)
+            .position(SeriesLabelPosition::UpperLeft)
             .label_font(font(12))
+            .background_style(WHITE.mix(0.85))
             .border_style(TRANSPARENT)
             .draw()?;
     }

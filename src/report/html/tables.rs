@@ -1,7 +1,9 @@
 //! Tables of what was found: faults, extremes, calibration.
 
 use super::super::Twins;
-use super::page::{Block, Cell, Column, Failure, Page, Row, Section, Table};
+#[cfg(feature = "render")]
+use super::page::Failure;
+use super::page::{Block, Cell, Column, Page, Row, Section, Table};
 use super::verify::count;
 use crate::calibration::Calibration;
 use crate::fault::{Help, Outcome, Plan, Score};

@@ -89,8 +89,8 @@ impl Page {
         let overview = Section::new("overview", "Samplers by checks").short("Checks")
             .with(Block::Table(overview(report, &order)))
             .with(words(
-                "A cell has the worst verdict of the check's parts and the least of their p-values, corrected for their own number; “certain” where no chance is \
-                 involved, – where the check has no answer or does not apply. Verdicts, and “corrected p”, are after correction over the whole run. Would have seen: the relative error of the density over 5% of the mass in one piece that is \
+                "A cell has the worst verdict of the check's parts and the least of their p-values, corrected for their own number; none where no chance is \
+                 involved, – where the check has no answer or does not apply. Verdicts, and “corrected p”, are after correction over the whole run. Sees: the relative error of the density over 5% of the mass in one piece that is \
                  caught with probability 0.99.",
             ));
         self.section(overview);
@@ -164,7 +164,7 @@ fn overview(report: &Report, order: &[usize]) -> Table {
         Column::numbers("corrected p").about("the least of the sampler, corrected over the whole run"),
     ]
     .into_iter()
-    .chain([Column::numbers("would have seen").about(
+    .chain([Column::numbers("sees").about(
         "relative error of the density over 5% of the mass in one piece, caught with probability 0.99",
     )])
     .chain(names.iter().map(|name| Column::numbers(*name).about(about(name))))
@@ -195,7 +195,7 @@ fn overview(report: &Report, order: &[usize]) -> Table {
         Row::new(head.into_iter().chain(of_checks).chain(tail)).judged(verdict)
     });
     Table {
-        caption: format!("{} samplers; those that did not pass come first", order.len()),
+        caption: format!("{} samplers; those that did not pass come first; a heading sorts", order.len()),
         columns: columns.collect(),
         rows: rows.collect(),
         filter: true,
@@ -221,7 +221,7 @@ fn check_cell(conclusions: &[Conclusion], check: &str) -> Cell {
     let mut cell = match p {
         // What is certain sorts as its p-value would: 0 if it fails.
         Some(p) => Cell::number(p, p_text(p)),
-        None => Cell::number(if verdict == Verdict::Pass { 2.0 } else { 0.0 }, "certain"),
+        None => Cell::number(if verdict == Verdict::Pass { 2.0 } else { 0.0 }, ""),
     };
     cell.status = Some(verdict.to_string());
     cell.about(worst.map_or(String::new(), |c| c.finding.detail.clone()))
@@ -338,18 +338,18 @@ fn maps(report: &Report, i: usize, verdict: Verdict) -> Block {
 fn plots(report: &Report, e: &Examination) -> Option<Block> {
     let mut plots = Vec::new();
     let history: Vec<(f64, f64)> =
-        e.history.iter().map(|l| (l.samples as f64, l.p.max(LEAST).log10())).collect();
+        e.history.iter().map(|l| ((l.samples as f64).log10(), l.p.max(LEAST).log10())).collect();
     if history.len() > 1 {
         // Logarithms on an even axis: plotters has no ticks below 1e-16 on a logarithmic one.
         let level = report.level().log10();
         let least = history.iter().map(|h| h.1).fold(level, f64::min);
-        let x = history[0].0 / 1.1..history[history.len() - 1].0 * 1.1;
+        let x = history[0].0 - 0.05..history[history.len() - 1].0 + 0.05;
         let svg = plot(
-            ("samples", x.log_scale()),
+            ("samples", x),
             ("p-value", least - 0.5..0.3),
             &[("p".into(), history)],
             Some((level, "level of each single test")),
-            (short, power_of_ten),
+            (|x| short(10.0_f64.powf(x)), power_of_ten),
         );
         let last = e.history[e.history.len() - 1];
         plots.push((
@@ -363,9 +363,9 @@ fn plots(report: &Report, e: &Examination) -> Option<Block> {
     }
     let power = e.power(report.level());
     if let (Some(first), Some(last)) = (power.first(), power.last()) {
-        // From where even the largest region is not seen to where the smallest is.
-        let (low, high) = (0.3 * last.error.min(first.error), 1.5 * first.error.max(last.error));
-        let errors: Vec<f64> = (0..=24).map(|k| low * (high / low).powf(f64::from(k) / 24.0)).collect();
+        // From where even the largest region is not seen, with room for the names, to where the smallest is.
+        let (low, high) = (0.04 * last.error.min(first.error), 1.5 * first.error.max(last.error));
+        let errors: Vec<f64> = (0..=40).map(|k| low * (high / low).powf(f64::from(k) / 40.0)).collect();
         let series: Vec<Series> = power
             .iter()
             .map(|p| {
@@ -392,11 +392,10 @@ fn plots(report: &Report, e: &Examination) -> Option<Block> {
     (!plots.is_empty()).then_some(Block::Plots { plots })
 }
 
-/// 20000 as "20k".
+/// About so many: 15849 as "16k".
 fn short(n: f64) -> String {
-    if !is_round(n) {
-        return String::new();
-    }
+    let unit = 10.0_f64.powf(n.log10().floor() - 1.0);
+    let n = (n / unit).round() * unit;
     let whole = |x: f64| format!("{x:.1}").trim_end_matches('0').trim_end_matches('.').to_owned();
     match n {
         n if n >= 1e9 => format!("{}G", whole(n / 1e9)),
