@@ -5,7 +5,7 @@ use super::source::Held;
 use super::table::Table;
 use super::{Convention, Coordinates, Layout, Program};
 use crate::random::{fill_unit, stream};
-use crate::sampler::Sampler;
+use crate::sampler::{Sampler, fill_vec};
 use crate::verify::{Diagnosis, Evidence, Examination, Report, RowsError, Settings, Verdict, recording};
 
 /// Rows that are judged again.
@@ -140,7 +140,7 @@ pub fn of_program<D: Coordinates>(program: &mut Program<D>, settings: &Settings)
     fill_unit(&mut stream(settings.seed, "conventions", 0), &mut xi);
     let inside = |program: &Program<D>| {
         let mut samples = Vec::new();
-        program.sample_many(&xi, &mut samples);
+        fill_vec(program, &xi, &mut samples);
         samples.iter().flatten().all(|s| own.domain.locate(&s.point).is_ok())
     };
     // A sampler that stays inside is as right in one frame as in another.

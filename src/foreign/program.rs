@@ -4,7 +4,7 @@ use super::process::{Greeting, Process, ProgramError};
 use super::{Convention, Coordinates, Table};
 use crate::domain::Knots;
 use crate::random::{fill_unit, stream};
-use crate::sampler::{Sample, Sampler};
+use crate::sampler::{Sample, Sampler, fill_vec};
 use crate::verify::{Row, Rows, RowsError};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -180,9 +180,10 @@ impl<D: Coordinates> Sampler for Program<D> {
     }
 
     fn sample(&self, xi: &[f64]) -> Option<Sample<D::Point>> {
-        let mut out = Vec::new();
-        self.sample_many(xi, &mut out);
-        out.pop().flatten()
+        let mut out = [const { None }];
+        self.fill(xi, &mut out);
+        let [sample] = out;
+        sample
     }
 
     fn density(&self, point: &D::Point) -> f64 {
@@ -191,21 +192,20 @@ impl<D: Coordinates> Sampler for Program<D> {
         out[0]
     }
 
-    fn sample_many(&self, xi: &[f64], out: &mut Vec<Option<Sample<D::Point>>>) {
-        out.clear();
+    fn fill(&self, xi: &[f64], out: &mut [Option<Sample<D::Point>>]) {
         let (width, mut answer) = (self.width(), Vec::new());
         if !self.ask("sample", xi, self.dimensions, width + 1, &mut answer) {
-            out.resize(xi.len() / self.dimensions, None);
+            out.fill(None);
             return;
         }
-        out.extend(answer.chunks_exact(width + 1).map(|row| {
+        for (sample, row) in out.iter_mut().zip(answer.chunks_exact(width + 1)) {
             let theirs = row[width];
-            (theirs != f64::NEG_INFINITY).then(|| {
+            *sample = (theirs != f64::NEG_INFINITY).then(|| {
                 let point = self.convention.point(&row[..width]);
                 let density = self.convention.density(&point, theirs);
                 Sample { point, density }
-            })
-        }));
+            });
+        }
     }
 
     fn density_many(&self, points: &[D::Point], out: &mut Vec<f64>) {
@@ -251,17 +251,18 @@ impl<D: Coordinates> Sampler for WithTable<'_, D> {
     }
 
     fn sample(&self, xi: &[f64]) -> Option<Sample<D::Point>> {
-        let mut out = Vec::new();
-        self.sample_many(xi, &mut out);
-        out.pop().flatten()
+        let mut out = [const { None }];
+        self.fill(xi, &mut out);
+        let [sample] = out;
+        sample
     }
 
     fn density(&self, point: &D::Point) -> f64 {
         self.table.density(point)
     }
 
-    fn sample_many(&self, xi: &[f64], out: &mut Vec<Option<Sample<D::Point>>>) {
-        self.program.sample_many(xi, out);
+    fn fill(&self, xi: &[f64], out: &mut [Option<Sample<D::Point>>]) {
+        self.program.fill(xi, out);
         if !self.program.has_density {
             out.iter_mut().flatten().for_each(|sample| sample.density = self.table.density(&sample.point));
         }
@@ -310,7 +311,7 @@ impl<D: Coordinates> Rows for ProgramRows<'_, D> {
         let mut xi = vec![0.0; count * self.program.dimensions];
         fill_unit(&mut self.rng, &mut xi);
         let mut samples = Vec::new();
-        self.program.sample_many(&xi, &mut samples);
+        fill_vec(self.program, &xi, &mut samples);
         if self.program.failed.load(Ordering::Relaxed) {
             self.program.finish()?;
         }

@@ -6,7 +6,7 @@
 
 use crate::domain::{Domain, Pixels, Space};
 use crate::random::{fill_unit, stream};
-use crate::sampler::Sampler;
+use crate::sampler::{Sampler, fill_vec};
 use crate::verify::{Drawn, Settings};
 
 const SHARD: u64 = 1 << 16;
@@ -46,7 +46,7 @@ impl Counts {
             left -= drawn;
             let xi = &mut xi[..drawn * dimensions];
             fill_unit(&mut rng, xi);
-            sampler.sample_many(xi, &mut samples);
+            fill_vec(sampler, xi, &mut samples);
             for sample in &samples {
                 match sample.as_ref().map(|sample| domain.pixel(pixels, &sample.point)) {
                     None => self.rejected += 1,

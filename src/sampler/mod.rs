@@ -110,7 +110,8 @@ pub trait Sampler: Sync {
     fn sample(&self, xi: &[f64]) -> Option<Sample<PointOf<Self>>>;
 
     /// [`sample`](Self::sample) for many variates, one sample's after the other's: `xi` has [`dimensions`](Self::dimensions) for each of `samples`.
-    /// Samplers that read tables override it, to wait for memory once and not once a sample. The samples are the same to the last bit.
+    /// Samplers that read tables override it, to wait for memory once and not once a sample, and programs at the other end of a pipe. The
+    /// samples are the same to the last bit.
     ///
     /// ```
     /// use warpcheck::sampler::{DiscreteAlias, Sampler};
@@ -134,14 +135,6 @@ pub trait Sampler: Sync {
 
     /// The density at a point, per the domain's measure.
     fn density(&self, point: &PointOf<Self>) -> f64;
-
-    /// A sample for every [`dimensions`](Self::dimensions) of the variates, in their order, into the emptied `out`. For samplers that answer many
-    /// questions faster than one at a time, such as programs at the other end of a pipe.
-    fn sample_many(&self, xi: &[f64], out: &mut Vec<Option<Sample<PointOf<Self>>>>) {
-        out.clear();
-        out.resize_with(xi.len() / self.dimensions().max(1), || None);
-        self.fill(xi, out);
-    }
 
     /// The density at every point, in their order, into the emptied `out`.
     fn density_many(&self, points: &[PointOf<Self>], out: &mut Vec<f64>) {
@@ -204,6 +197,17 @@ pub trait Sampler: Sync {
     }
 }
 
+/// [`Sampler::fill`] into the emptied `out`.
+pub(crate) fn fill_vec<S: Sampler + ?Sized>(
+    sampler: &S,
+    xi: &[f64],
+    out: &mut Vec<Option<Sample<PointOf<S>>>>,
+) {
+    out.clear();
+    out.resize_with(xi.len() / sampler.dimensions().max(1), || None);
+    sampler.fill(xi, out);
+}
+
 /// A reference to a sampler, and a boxed one, are samplers.
 macro_rules! forward {
     ($($pointer:ty),+) => {$(
@@ -228,10 +232,6 @@ impl<S: Sampler + ?Sized> Sampler for $pointer {
 
     fn density(&self, point: &PointOf<Self>) -> f64 {
         (**self).density(point)
-    }
-
-    fn sample_many(&self, xi: &[f64], out: &mut Vec<Option<Sample<PointOf<Self>>>>) {
-        (**self).sample_many(xi, out);
     }
 
     fn density_many(&self, points: &[PointOf<Self>], out: &mut Vec<f64>) {

@@ -3,7 +3,7 @@
 //! The checks are compiled once, against [`Probe`]; only the loops of this file, where samples are drawn, are compiled for every sampler.
 
 use crate::domain::{Cell, Domain, Knots, Location, Space};
-use crate::sampler::{PointOf, Preimage, Sampler};
+use crate::sampler::{PointOf, Preimage, Sampler, fill_vec};
 
 /// What became of one set of variates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -215,7 +215,7 @@ impl<S: Sampler> Probe for Subject<'_, S> {
         out.clear();
         values.clear();
         let mut samples = Vec::new();
-        self.sampler.sample_many(xi, &mut samples);
+        fill_vec(self.sampler, xi, &mut samples);
         let points = samples.iter().step_by(ask).flatten().map(|sample| sample.point.clone());
         let (points, mut asked) = (points.collect::<Vec<_>>(), Vec::new());
         self.sampler.density_many(&points, &mut asked);
@@ -241,7 +241,7 @@ impl<S: Sampler> Probe for Subject<'_, S> {
 
     fn locate(&self, xi: &[f64], out: &mut Vec<Location>) {
         let mut samples = Vec::new();
-        self.sampler.sample_many(xi, &mut samples);
+        fill_vec(self.sampler, xi, &mut samples);
         out.extend(samples.into_iter().flatten().filter_map(|sample| self.domain.locate(&sample.point).ok()));
     }
 

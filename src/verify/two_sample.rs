@@ -22,7 +22,7 @@ use super::settings::{Drawn, Settings};
 use super::tally::SHARD;
 use crate::domain::{Cell, Domain, Knots, Location, Partition, Space};
 use crate::random::{fill_unit, stream};
-use crate::sampler::Sampler;
+use crate::sampler::{Sampler, fill_vec};
 use crate::statistics::{binomial, chi_square, kolmogorov};
 use std::time::Instant;
 
@@ -89,7 +89,7 @@ impl<S: Sampler> Source for Drawing<'_, S> {
 
     fn places(&self, xi: &[f64], out: &mut Vec<Place>) {
         let mut samples = Vec::new();
-        self.sampler.sample_many(xi, &mut samples);
+        fill_vec(self.sampler, xi, &mut samples);
         out.clear();
         out.extend(samples.into_iter().map(|sample| match sample {
             None => Place::Rejected,
