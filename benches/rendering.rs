@@ -182,8 +182,7 @@ fn rays(c: &mut Criterion, table: &mut Vec<String>) {
         group.bench_function("a pass by brdf", |b| b.iter(pass));
         group.finish();
         let count = rays.len() as f64 * 1e-6;
-        let [alone, ours, pass] =
-            [count / least(9, || alone()), count / least(9, || ours()), count / least(9, || pass())];
+        let [alone, ours, pass] = [count / least(9, alone), count / least(9, ours), count / least(9, pass)];
         let pixels = f64::from(width * height) * 1e-6;
         table.push(format!(
             "rays, {name}: obvhs alone {alone:.2} M/s, ours {ours:.2} ({:.0}%), in a pass {pass:.2} ({:.0}% of alone; {:.2} M camera samples a second, one thread)",
