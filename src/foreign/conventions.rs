@@ -9,7 +9,7 @@ use crate::sampler::{Sampler, fill_vec};
 use crate::verify::{Diagnosis, Evidence, Examination, Report, RowsError, Settings, Verdict, recording};
 
 /// Rows that are judged again.
-pub const AGAIN: usize = 1 << 15;
+pub const AGAIN: usize = 1 << 16;
 /// Samples of a program that are judged again, and those that only are looked at.
 const PROGRAM_AGAIN: u64 = 1 << 15;
 const GLANCE: usize = 1024;
