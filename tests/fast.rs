@@ -396,7 +396,7 @@ fn the_default_batch_is_scalar() {
     let mut xi = vec![0.0; 200];
     fill_unit(&mut stream(12, "xi", 0), &mut xi);
     let mut samples = vec![None; 100];
-    (&warp).fill(&xi, &mut samples);
+    warp.fill(&xi, &mut samples);
     for (xi, sample) in xi.chunks(2).zip(samples) {
         assert_eq!(sample, Sampler::sample(&warp, xi));
     }

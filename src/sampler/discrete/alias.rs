@@ -448,7 +448,7 @@ mod tests {
             counts[choice.index] += 1.0;
         }
         for (sum, count) in sums.iter().zip(counts) {
-            let sigma = (1.0 / 12.0 / count as f64).sqrt();
+            let sigma = (1.0_f64 / 12.0 / count).sqrt();
             assert!((sum / count - 0.5).abs() < 5.0 * sigma, "{sums:?} {counts:?}");
         }
     }
