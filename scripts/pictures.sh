@@ -13,7 +13,7 @@ warpcheck histogram data/env/spruit_sunrise_512.hdr --samples 10M
 cp "$out/spruit_sunrise_512-10M.png" docs/histogram.png
 warpcheck render data/scene/veach_a3.toml --sheet
 cp "$out/veach_a3-sheet.png" docs/sheet.png
-warpcheck converge data/scene/veach_a3.toml --strategy brdf,light,mis:0.5,mis:0.75 --reference mis:0.75 --spp 96
+warpcheck converge data/scene/veach_a3.toml --strategy brdf,light,mis:0.5,mis:auto,mis-two --spp 96
 cp "$out/veach_a3-converge.svg" docs/converge.svg
 WARPCHECK_SCREENSHOTS="$out" cargo test --release --test browser samplers_in_a_browser # wants chromium and chromedriver
 cp "$out/report.png" docs/report.png

@@ -90,6 +90,7 @@ fn right_strategies_never_differ() {
 /// The p-values of right strategies are uniform: shares below some levels, within 4 standard errors for as many tests as there are tiles
 /// (channels depend on each other).
 #[test]
+#[ignore = "long: a picture of 500 tiles"]
 fn p_values_are_uniform() {
     let (scene, lights) = cornell("128");
     let estimates = [LIGHT, MIS].map(|strategy| draw(&scene, &lights, strategy, 64, 3, 8));
@@ -110,6 +111,7 @@ fn seven([a, b, c, d]: [f64; 4]) -> [f64; 7] {
 
 /// A density that is 2% off, and the same estimator without the mistake.
 #[test]
+#[ignore = "long: three times 768 passes"]
 fn a_density_that_is_off_is_caught() {
     let (scene, lights) = cornell("64");
     let right = draw(&scene, &lights, LIGHT, 768, 1, 8);
@@ -292,6 +294,7 @@ fn against_the_reference(spp: u32, tested: usize, within: f64) {
 }
 
 #[test]
+#[ignore = "long: many samples"]
 fn the_reference_of_the_plates_agrees() {
     against_the_reference(64, 80, 0.02);
 }

@@ -84,6 +84,9 @@ fn help_fits_a_screen() {
         assert!(help.lines().count() <= 50 && help.lines().all(|line| line.chars().count() <= 100), "{help}");
         assert_eq!(exits(&folder, &format!("help {verb}"), 0), help);
     }
+    // `check --help` has all conventions, and takes two screens.
+    let check = exits(&folder, "check -h", 0);
+    assert!(check.lines().count() <= 50 && check.lines().all(|line| line.chars().count() <= 100), "{check}");
     insta::assert_snapshot!(help, @r"
     Find out whether Monte Carlo samplers are right, and how good they are.
 
@@ -93,6 +96,8 @@ fn help_fits_a_screen() {
 
     Commands:
       verify     Check samplers: all that ship, or those named (a family like `phong`, or `phong/50`)
+      check      Check a sampler that is not in Rust: its samples from a file or a pipe, or the program
+                 itself
       calibrate  Measure how often right samplers fail, beside how often they may
       faults     Run the battery on broken samplers, each beside its correct twin
       stress     Give samplers inputs that break f32, and tell what happened beside what should
@@ -115,6 +120,8 @@ fn help_fits_a_screen() {
       warpcheck verify environment --samples 10M      the environment maps only, with more samples
       warpcheck verify phong --report out             a family; a page for the browser, out/index.html
       warpcheck verify --list                         what there is
+      warpcheck check --sampler 'python3 mine.py'     a sampler that is not in Rust (docs/protocol.md)
+      warpcheck check dirs.npy --domain sphere        samples x,y,z,pdf from NumPy
       warpcheck calibrate --runs 1k                   false alarms of right samplers, measured
       warpcheck faults --list                         mistakes, most of them made in public
       warpcheck faults                                what catches them, and after how many samples

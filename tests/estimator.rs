@@ -186,6 +186,7 @@ fn smaller(name: &str, changes: &[(&str, &str)]) -> (Scene, Lights) {
 /// rounding is part of their error. Its standard errors are said to be optimistic where the tail is heavy, but
 /// ours are several times larger (3000 passes of `mis` still agree), so nothing else is allowed for.
 #[test]
+#[ignore = "long: many samples"]
 fn an_independent_renderer_agrees() {
     let json = fs::read_to_string(data("reference/veach_a3_256x128.json")).unwrap();
     let means = triples(&json, &["block_mean"]);
@@ -248,6 +249,7 @@ fn strategies_agree_in_a_box_and_a_wrong_one_does_not() {
 }
 
 #[test]
+#[ignore = "long: many samples"]
 fn strategies_agree_under_the_sky() {
     // A sun of one texel: only strategies that aim at it have a variance worth the name.
     let (scene, lights) = smaller("spot_env", &[]);
@@ -387,6 +389,7 @@ fn sky_scene(normal: Vec3, size: u32) -> Scene {
 /// pi / albedo times the radiance of a diffuse square is the irradiance, known for six axes. The reference
 /// counts phi clockwise from -x seen from above, we counterclockwise from +x: its x axis is ours turned round.
 #[test]
+#[ignore = "long: a sun that is seldom met"]
 fn irradiance_of_a_sunrise() {
     let json = fs::read_to_string(data("reference/env_irradiance.json")).unwrap();
     for (axis, normal) in AXES {
@@ -500,6 +503,7 @@ fn rectangles(cases: &[(&str, [f32; 2])]) {
 }
 
 #[test]
+#[ignore = "long: many samples"]
 fn rectangles_over_a_floor() {
     rectangles(&[("Fpar", [2.0, 0.5]), ("Fper", [2.0, 2.0])]);
 }
@@ -551,6 +555,7 @@ fn spheres(cases: &[(f64, f64)], strategies: &[Strategy]) {
 }
 
 #[test]
+#[ignore = "long: many samples"]
 fn a_sphere_partly_under_the_horizon() {
     spheres(&[(0.9, 60.0)], &[UNIFORM, BRDF]);
 }
@@ -592,6 +597,7 @@ fn phong_furnaces(exponents: &[&str], strategies: &[Strategy]) {
 }
 
 #[test]
+#[ignore = "long: many samples"]
 fn a_phong_lobe_has_its_albedo() {
     phong_furnaces(&["10", "50", "1000", "10000"], &[BRDF, mis(0.5)]);
 }

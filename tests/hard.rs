@@ -24,6 +24,7 @@ fn fails<S: Sampler>(name: &str, sampler: &S, samples: u64) {
 
 /// A map whose density jumps at every texel, which nobody said: quadrature can't know it well enough, and says so.
 #[test]
+#[ignore = "long: quadrature over unnamed edges"]
 fn maps_without_knots() {
     for sun in [0.0_f32, 3e4] {
         let (width, height) = (512, 256);

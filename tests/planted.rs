@@ -42,6 +42,7 @@ fn five_percent_over_five_percent() {
 }
 
 #[test]
+#[ignore = "long: many runs"]
 fn three_percent_over_twenty_percent() {
     assert_eq!(caught(8, 1_000_000, |place| planted(0.2, 0.03, place)), 8);
 }
@@ -104,6 +105,7 @@ fn stated(runs: u64) {
 
 /// Peaky lobes, rejected by others every time, fail no more often than alpha says.
 #[test]
+#[ignore = "long: many runs"]
 fn peaky_lobes_are_accepted() {
     accepted(4);
 }

@@ -10,12 +10,12 @@ fn tilted() -> Vec3 {
 }
 
 fn examine<S: Sampler>(name: impl Into<String>, sampler: &S) -> Examination {
-    let settings = Settings { samples: 300_000, seed: 20_26, ..Settings::default() };
+    let settings = Settings { samples: 120_000, seed: 20_26, ..Settings::default() };
     verify(sampler).name(name).settings(settings).examine()
 }
 
 fn assert_right(examinations: Vec<Examination>) {
-    let settings = Settings { samples: 300_000, seed: 20_26, ..Settings::default() };
+    let settings = Settings { samples: 120_000, seed: 20_26, ..Settings::default() };
     for e in &examinations {
         println!(
             "{:40} {:?} {:?} evals {:?} cells {} power {:?}",

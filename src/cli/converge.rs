@@ -19,7 +19,7 @@ use warpcheck::scene::Scene;
 pub struct Arguments {
     /// The scene file (TOML)
     scene: PathBuf,
-    /// Strategies, separated by commas [default: brdf, light, mis:0.5, uniform]
+    /// Strategies, separated by commas [default: brdf, light, mis:0.5, mis-two]
     #[arg(long, value_delimiter = ',')]
     strategy: Vec<Strategy>,
     /// Independent pictures of each strategy

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 /// use warpcheck::domain::{Domain, Pixels, Sphere};
 /// let pixels = Pixels::new(8, 4);
 /// let index = Sphere.pixel(&pixels, &glam::DVec3::new(0.6, 0.1, -0.79).normalize()).unwrap();
-/// assert_eq!(index, Some(2 * 8)); // just under the horizon, phi a little over 0
+/// assert_eq!(index, Some(3 * 8)); // theta = 142 degrees: the last row; phi a little over 0
 /// ```
 #[derive(Clone, Debug)]
 pub struct Pixels {

@@ -23,6 +23,7 @@
 use super::{Clock, Cost, Film, Lights, Settings, Strategy, render};
 use crate::picture::{Field, Picture};
 use crate::random::stream;
+use crate::sampler::Heuristic;
 use crate::scene::{RayQueries, Scene};
 use crate::statistics::{Moments, student_t};
 use rand::Rng;
@@ -67,8 +68,9 @@ pub struct Experiment {
 impl Default for Experiment {
     fn default() -> Self {
         let mis = Strategy::Mis { brdf_weight: 0.5 };
+        let mis_two = Strategy::MisTwo { heuristic: Heuristic::Balance };
         Self {
-            strategies: vec![Strategy::Brdf, Strategy::Light, mis, Strategy::Uniform],
+            strategies: vec![Strategy::Brdf, Strategy::Light, mis, mis_two],
             seeds: 8,
             budget: Budget::Passes(256),
             seed: 1,

@@ -13,7 +13,7 @@
 //! assert!(page.render().contains("my renderer"));
 //! # let folder = tempfile::tempdir()?;
 //! page.write(folder.path())?; // index.html
-//! # Ok::<(), warpcheck::picture::Error>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 #[cfg(feature = "render")]
