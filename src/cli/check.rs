@@ -297,7 +297,7 @@ fn samples<D: Coordinates>(domain: D, arguments: &Arguments, settings: &Settings
         let first = recorded(&convention, read, |row| mine.row(&convention, row))?.name(name(arguments));
         let second = recorded(&convention, others, |row| theirs.row(&convention, row))?
             .name(file.display().to_string());
-        return Ok(compare_recordings(&first, &second, settings).map_err(plain)?);
+        return compare_recordings(&first, &second, settings).map_err(plain);
     }
     if given.is_none() && !layout.has_density() {
         bail!(

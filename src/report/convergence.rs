@@ -1,6 +1,6 @@
 //! Error against run time as a table for people, CSV for spreadsheets and JSON for programs.
 
-use crate::estimator::{Convergence, Cost, Curve, Interval, Measured, OUTLIERS};
+use crate::estimator::{Convergence, Cost, Curve, Interval, Measured};
 use std::fmt::Write;
 
 /// Where errors are compared: the root mean square error of the strategy that came closest, which is what each is asked to reach unless told.
@@ -262,7 +262,7 @@ pub fn convergence_to_json(found: &Convergence, setup: Cost) -> serde_json::Valu
         "seeds": found.seeds,
         "tile": found.tile,
         "epsilon": found.epsilon,
-        "outlier_share": OUTLIERS,
+        "outlier_share": crate::estimator::OUTLIERS,
         "confidence": crate::estimator::CONFIDENCE,
         "stopped": found.stopped,
         "reference": reference,
