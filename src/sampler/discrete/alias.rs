@@ -13,13 +13,10 @@
 //! and excess meet follows from their running sums alone, so that every piece of the table can be made by itself: in parallel, the same bits on any
 //! number of threads, without any further memory.
 
-use super::{Choice, DiscreteCdf, cdf::STEPS, position_of, step_of};
+use super::{BATCH, Choice, DiscreteCdf, STEPS, in_batches, position_of, step_of};
 use crate::parallel;
 use crate::random::ONE_MINUS_EPSILON_F64;
 use crate::sampler::Error;
-
-/// Searches that wait for memory together.
-pub(in crate::sampler) const BATCH: usize = 16;
 
 /// Cells made by one task.
 const PIECE: usize = 1 << 14;
@@ -81,14 +78,8 @@ impl DiscreteAlias {
     /// If the slices differ in length.
     pub fn indices(&self, bits: &[u64], out: &mut [u32]) {
         assert_eq!(bits.len(), out.len(), "as many bits as indices");
-        let (bits, bits_left) = bits.as_chunks::<BATCH>();
-        let (out, out_left) = out.as_chunks_mut::<BATCH>();
-        for (bits, out) in bits.iter().zip(out) {
-            *out = bits.map(|bits| self.cells.index(step_of(bits)));
-        }
-        for (&bits, out) in bits_left.iter().zip(out_left) {
-            *out = self.cells.index(step_of(bits));
-        }
+        let index = |bits| self.cells.index(step_of(bits));
+        in_batches::<BATCH, _, _>(bits, out, |bits| bits.map(index), index);
     }
 
     /// [`choose`](Self::choose) for many variates.

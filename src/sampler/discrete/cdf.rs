@@ -18,7 +18,7 @@ use crate::random::ONE_MINUS_EPSILON_F64;
 use crate::sampler::Error;
 
 /// 2^53, how many steps the variate is cut into.
-pub(super) const STEPS: f64 = 9_007_199_254_740_992.0;
+pub(in crate::sampler) const STEPS: f64 = 9_007_199_254_740_992.0;
 
 /// A table to select an index with given probabilities from one variate. See the file for its mathematics.
 ///
@@ -206,20 +206,20 @@ fn power_of_two(exponent: i32) -> f64 {
 }
 
 /// Neumaier's compensated running sum (ZAMM 54, 1974), here so that tables are built without help from what judges them.
-#[derive(Default)]
-struct Neumaier {
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::sampler) struct Neumaier {
     sum: f64,
     compensation: f64,
 }
 
 impl Neumaier {
-    fn add(&mut self, x: f64) {
+    pub(in crate::sampler) fn add(&mut self, x: f64) {
         let t = self.sum + x;
         self.compensation += if self.sum >= x { (self.sum - t) + x } else { (x - t) + self.sum };
         self.sum = t;
     }
 
-    fn value(&self) -> f64 {
+    pub(in crate::sampler) fn value(&self) -> f64 {
         self.sum + self.compensation
     }
 }

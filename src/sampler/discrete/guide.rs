@@ -13,7 +13,7 @@
 //!
 //! The boundaries are those of [`DiscreteCdf`], and so is every answer.
 
-use super::{BATCH, Choice, DiscreteCdf, position_of, step_of};
+use super::{BATCH, Choice, DiscreteCdf, in_batches, position_of, step_of};
 use crate::parallel;
 use crate::sampler::Error;
 
@@ -150,14 +150,8 @@ impl DiscreteGuide {
     /// If the slices differ in length.
     pub fn indices(&self, bits: &[u64], out: &mut [u32]) {
         assert_eq!(bits.len(), out.len(), "as many bits as indices");
-        let (bits, bits_left) = bits.as_chunks::<WIDE>();
-        let (out, out_left) = out.as_chunks_mut::<WIDE>();
-        for (bits, out) in bits.iter().zip(out) {
-            *out = self.batch(&bits.map(step_of));
-        }
-        for (&bits, out) in bits_left.iter().zip(out_left) {
-            *out = self.batch(&[step_of(bits)])[0];
-        }
+        let one = |bits| self.batch(&[step_of(bits)])[0];
+        in_batches::<WIDE, _, _>(bits, out, |bits| self.batch(&bits.map(step_of)), one);
     }
 
     /// [`choose`](Self::choose) for many variates.
@@ -166,14 +160,7 @@ impl DiscreteGuide {
     /// If the slices differ in length.
     pub fn choose_all(&self, xi: &[f64], out: &mut [Choice]) {
         assert_eq!(xi.len(), out.len(), "as many variates as choices");
-        let (xi, xi_left) = xi.as_chunks::<BATCH>();
-        let (out, out_left) = out.as_chunks_mut::<BATCH>();
-        for (xi, out) in xi.iter().zip(out) {
-            *out = self.choose_batch(xi);
-        }
-        for (&xi, out) in xi_left.iter().zip(out_left) {
-            *out = self.choose(xi);
-        }
+        in_batches::<BATCH, _, _>(xi, out, |xi| self.choose_batch(xi), |xi| self.choose(xi));
     }
 
     /// [`choose`](Self::choose) for a few variates.

@@ -13,7 +13,8 @@ pub use cdf::DiscreteCdf;
 pub use guide::DiscreteGuide;
 pub use table::{DiscreteTable, Form};
 
-pub(super) use alias::{AliasCells, BATCH};
+pub(super) use alias::AliasCells;
+pub(super) use cdf::{Neumaier, STEPS};
 
 use super::{Sample, Sampler};
 use crate::domain::{Cell, Discrete};
@@ -31,11 +32,37 @@ pub struct Choice {
     pub rest: f64,
 }
 
-/// Where a variate lies in `[0, 2^53)`. What lies outside of `[0, 1)` is moved to the nearest end, NaN to 0.
+/// A variate in `[0, 1)`. What lies outside is moved to the nearest end, NaN to 0.
+#[inline]
+pub(super) fn inside(xi: f64) -> f64 {
+    if xi > 0.0 { xi.min(ONE_MINUS_EPSILON_F64) } else { 0.0 }
+}
+
+/// Where a variate lies in `[0, 2^53)`, once it is [`inside`].
 #[inline]
 fn position_of(xi: f64) -> f64 {
-    let xi = if xi > 0.0 { xi.min(ONE_MINUS_EPSILON_F64) } else { 0.0 };
-    xi * cdf::STEPS
+    inside(xi) * STEPS
+}
+
+/// Samples whose memory is waited for together.
+pub(super) const BATCH: usize = 16;
+
+/// `out[i]` from `from[i]`: N at a time by `many`, what is left by `one`. Both slices have the same length.
+#[inline]
+pub(super) fn in_batches<const N: usize, A: Copy, B>(
+    from: &[A],
+    out: &mut [B],
+    many: impl Fn(&[A; N]) -> [B; N],
+    one: impl Fn(A) -> B,
+) {
+    let (from, from_left) = from.as_chunks::<N>();
+    let (out, out_left) = out.as_chunks_mut::<N>();
+    for (from, out) in from.iter().zip(out) {
+        *out = many(from);
+    }
+    for (&from, out) in from_left.iter().zip(out_left) {
+        *out = one(from);
+    }
 }
 
 /// The step of `0..2^53` of 64 random bits.

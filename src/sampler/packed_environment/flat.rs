@@ -11,9 +11,7 @@ use super::rows::Sum;
 use super::{Found, Weights};
 use crate::parallel;
 use crate::sampler::Error;
-use crate::sampler::discrete::AliasCells;
-
-const STEPS: f64 = 9_007_199_254_740_992.0; // 2^53
+use crate::sampler::discrete::{AliasCells, STEPS};
 
 #[derive(Clone, Debug)]
 pub(super) struct Flat {

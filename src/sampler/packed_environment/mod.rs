@@ -26,7 +26,7 @@ use rows::Rows;
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 use std::sync::Arc;
 
-use super::discrete::BATCH;
+use super::discrete::{BATCH, in_batches};
 
 /// A latitude-longitude map of radiance and compact tables to sample it. The density is that of [`Environment`](super::Environment), up to the resolution
 /// of the tables, and always the one that is searched.
@@ -261,14 +261,7 @@ impl PackedEnvironment {
     /// If the slices differ in length.
     pub fn sample_all(&self, xi: &[[f64; 2]], out: &mut [EnvironmentSample]) {
         assert_eq!(xi.len(), out.len(), "as many pairs of variates as samples");
-        let (xi, xi_left) = xi.as_chunks::<BATCH>();
-        let (out, out_left) = out.as_chunks_mut::<BATCH>();
-        for (xi, out) in xi.iter().zip(out) {
-            *out = self.samples(xi);
-        }
-        for (&xi, out) in xi_left.iter().zip(out_left) {
-            *out = self.sample(xi);
-        }
+        in_batches::<BATCH, _, _>(xi, out, |xi| self.samples(xi), |xi| self.sample(xi));
     }
 
     /// (u, v) of [`sample`](Self::sample) for many variates, and nothing else.
@@ -277,14 +270,8 @@ impl PackedEnvironment {
     /// If the slices differ in length.
     pub fn uv_all(&self, xi: &[[f64; 2]], out: &mut [[f64; 2]]) {
         assert_eq!(xi.len(), out.len(), "as many pairs of variates as places");
-        let (xi, xi_left) = xi.as_chunks::<BATCH>();
-        let (out, out_left) = out.as_chunks_mut::<BATCH>();
-        for (xi, out) in xi.iter().zip(out) {
-            *out = self.find(xi).each_ref().map(|found| self.uv(found));
-        }
-        for (&xi, out) in xi_left.iter().zip(out_left) {
-            *out = self.find(&[xi]).each_ref().map(|found| self.uv(found))[0];
-        }
+        let many = |xi: &[_; BATCH]| self.find(xi).each_ref().map(|found| self.uv(found));
+        in_batches(xi, out, many, |xi| self.uv(&self.find(&[xi])[0]));
     }
 
     /// The direction of (u, v), of unit length; as [`sample`](Self::sample) has it for [`RowWarp::UniformV`]. Off by at most 4e-9 before it is

@@ -9,6 +9,7 @@
 use super::{Found, Weights};
 use crate::parallel;
 use crate::random::ONE_MINUS_EPSILON_F64;
+use crate::sampler::discrete::{Neumaier, inside};
 use crate::sampler::{DiscreteGuide, Error};
 
 /// 2^31: how many steps a row has.
@@ -158,11 +159,10 @@ impl Rows {
     }
 }
 
-/// Where a variate lies in `[0, 2^31)`. What lies outside of `[0, 1)` is moved to the nearest end, NaN to 0.
+/// Where a variate lies in `[0, 2^31)`, once it is [`inside`].
 #[inline]
 fn position_of(xi: f64) -> f64 {
-    let xi = if xi > 0.0 { xi.min(ONE_MINUS_EPSILON_F64) } else { 0.0 };
-    xi * STEPS
+    inside(xi) * STEPS
 }
 
 /// A row's boundaries.
@@ -180,22 +180,21 @@ fn fill(lasts: &mut [i32], weights: &Weights<'_>, row: usize, total: &Sum) {
     }
 }
 
-/// Neumaier's compensated sum, and how many of its terms are positive.
+/// A compensated sum, and how many of its terms are positive.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sum {
-    sum: f64,
-    compensation: f64,
+    sum: Neumaier,
     pub(super) positive: u32,
 }
 
 impl Sum {
-    pub(super) fn add(self, x: f64) -> Self {
-        let sum = self.sum + x;
-        let lost = if self.sum >= x { (self.sum - sum) + x } else { (x - sum) + self.sum };
-        Self { sum, compensation: self.compensation + lost, positive: self.positive + u32::from(x > 0.0) }
+    pub(super) fn add(mut self, x: f64) -> Self {
+        self.sum.add(x);
+        self.positive += u32::from(x > 0.0);
+        self
     }
 
     pub(super) fn value(&self) -> f64 {
-        self.sum + self.compensation
+        self.sum.value()
     }
 }
