@@ -4,7 +4,7 @@ use super::process::{Greeting, Process, ProgramError};
 use super::{Convention, Coordinates, Table};
 use crate::domain::Knots;
 use crate::random::{fill_unit, stream};
-use crate::sampler::{Sample, Sampler, fill_vec};
+use crate::sampler::{PointOf, Sample, Sampler, fill_vec};
 use crate::verify::{Row, Rows, RowsError};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -180,10 +180,7 @@ impl<D: Coordinates> Sampler for Program<D> {
     }
 
     fn sample(&self, xi: &[f64]) -> Option<Sample<D::Point>> {
-        let mut out = [const { None }];
-        self.fill(xi, &mut out);
-        let [sample] = out;
-        sample
+        alone(self, xi)
     }
 
     fn density(&self, point: &D::Point) -> f64 {
@@ -231,6 +228,14 @@ impl<D: Coordinates> Sampler for Program<D> {
     }
 }
 
+/// A sample of a sampler that answers many questions at once.
+fn alone<S: Sampler>(sampler: &S, xi: &[f64]) -> Option<Sample<PointOf<S>>> {
+    let mut out = [const { None }];
+    sampler.fill(xi, &mut out);
+    let [sample] = out;
+    sample
+}
+
 /// A program's samples with the density of a table. What comes with its samples is its own density, if it has one.
 pub struct WithTable<'a, D> {
     /// The program.
@@ -251,10 +256,7 @@ impl<D: Coordinates> Sampler for WithTable<'_, D> {
     }
 
     fn sample(&self, xi: &[f64]) -> Option<Sample<D::Point>> {
-        let mut out = [const { None }];
-        self.fill(xi, &mut out);
-        let [sample] = out;
-        sample
+        alone(self, xi)
     }
 
     fn density(&self, point: &D::Point) -> f64 {
