@@ -7,6 +7,7 @@
 use super::{Cell, Confusion, Domain, Factor, Keeps, Location, Outside, Pixels, Space, TOLERANCE};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use wide::f64x4;
 
 /// All unit vectors, measured by solid angle; +Z is theta = 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,6 +33,37 @@ fn angles(w: DVec3) -> Result<(f64, f64), Outside> {
     let phi = w.y.atan2(w.x);
     // Of unit length, so that squares neither overflow nor, beyond 1e-150 rad of a pole, vanish: no `hypot`.
     Ok((w.truncate().length().atan2(w.z), if phi < 0.0 { phi + TAU } else { phi }))
+}
+
+/// [`angles`] of four vectors at once, whatever their lengths.
+fn four_angles(w: [DVec3; 4]) -> ([f64; 4], [f64; 4]) {
+    let [x, y, z] =
+        [|w: DVec3| w.x, |w: DVec3| w.y, |w: DVec3| w.z].map(|component| f64x4::from(w.map(component)));
+    let phi = y.atan2(x);
+    let phi = phi.simd_lt(f64x4::ZERO).select(phi + f64x4::splat(TAU), phi);
+    let theta = (x * x + y * y).sqrt().atan2(z);
+    (theta.to_array(), phi.to_array())
+}
+
+/// Where directions lie on a chart whose theta ends at `range`; those that `inside` does not take are left to `locate`, to say why.
+fn locate_directions(
+    points: &[DVec3],
+    range: f64,
+    out: &mut Vec<Result<Location, Outside>>,
+    inside: impl Fn(DVec3) -> bool,
+    locate: impl Fn(&DVec3) -> Result<Location, Outside>,
+) {
+    for four in points.chunks(4) {
+        let (theta, phi) = four_angles(std::array::from_fn(|i| four[i.min(four.len() - 1)]));
+        for (i, w) in four.iter().enumerate() {
+            let unit = (w.length_squared() - 1.0).abs() <= 2.0 * TOLERANCE; // not so if it is not finite
+            out.push(if unit && inside(*w) {
+                Ok(Location { patch: 0, at: [(theta[i] / range).min(1.0), phi[i] / TAU] })
+            } else {
+                locate(w)
+            });
+        }
+    }
 }
 
 /// Solid angle of a cell: (cos a - cos b) times the width in phi, without cancellation.
@@ -218,6 +250,10 @@ impl Domain for Sphere {
         Ok(Location { patch: 0, at: [theta / PI, phi / TAU] })
     }
 
+    fn locate_many(&self, points: &[DVec3], out: &mut Vec<Result<Location, Outside>>) {
+        locate_directions(points, PI, out, |_| true, |w| self.locate(w));
+    }
+
     /// Without angles: their inverse trigonometric functions would cost more than most samplers.
     #[inline]
     fn pixel(&self, pixels: &Pixels, w: &DVec3) -> Result<Option<usize>, Outside> {
@@ -359,7 +395,60 @@ impl Domain for Hemisphere {
         Ok(Location { patch: 0, at: [(theta / FRAC_PI_2).min(1.0), phi / TAU] })
     }
 
+    fn locate_many(&self, points: &[DVec3], out: &mut Vec<Result<Location, Outside>>) {
+        locate_directions(points, FRAC_PI_2, out, |w| w.z >= -TOLERANCE, |w| self.locate(w));
+    }
+
     fn neighbours(&self, w: &DVec3, epsilon: f64) -> Vec<DVec3> {
         tangent_neighbours(*w, epsilon).filter(|w| w.z >= 0.0).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{stream, unit_f64};
+
+    /// Directions all over the sphere and within 1e-12 rad of poles, seam and horizon, and what lies on them.
+    fn directions() -> Vec<DVec3> {
+        let mut rng = stream(5, "directions", 0);
+        let mut all = vec![DVec3::X, -DVec3::X, DVec3::Y, -DVec3::Y, DVec3::Z, -DVec3::Z];
+        all.extend([DVec3::new(-1.0, -0.0, 0.0), DVec3::new(-0.0, 0.0, 1.0), DVec3::new(1.0, 1e-300, -0.0)]);
+        for i in 0..3000 {
+            let scale = [1.0, 1e-4, 1e-12][i % 3];
+            let mut step = || scale * (2.0 * unit_f64(&mut rng) - 1.0);
+            let from = [DVec3::ZERO, DVec3::Z, -DVec3::Z, DVec3::X, -DVec3::X][i / 3 % 5];
+            all.push((from + DVec3::new(step(), step(), step())).normalize());
+        }
+        all
+    }
+
+    fn same(domain: &impl Domain<Point = DVec3>, points: &[DVec3]) {
+        let mut many = Vec::new();
+        domain.locate_many(points, &mut many);
+        assert_eq!(many.len(), points.len());
+        for (w, many) in points.iter().zip(many) {
+            match (domain.locate(w), many) {
+                (Ok(one), Ok(many)) => {
+                    for (a, b) in one.at.into_iter().zip(many.at) {
+                        assert!((a - b).abs() <= 4e-16 * a, "{w}: {a} {b}");
+                        assert!((0.0..=1.0).contains(&b), "{w}: {b}");
+                    }
+                }
+                (one, many) => assert_eq!(one, many, "{w}"),
+            }
+        }
+    }
+
+    #[test]
+    fn many_are_located_as_one_is() {
+        let mut points = directions();
+        for n in 0..4 {
+            same(&Sphere, &points[n..]); // with 0 to 3 left over
+            same(&Hemisphere, &points[n..]);
+        }
+        points.extend([DVec3::NAN, DVec3::splat(1.0), DVec3::ZERO, DVec3::new(f64::INFINITY, 0.0, 0.0)]);
+        same(&Sphere, &points);
+        same(&Hemisphere, &points);
     }
 }

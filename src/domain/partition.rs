@@ -75,6 +75,7 @@ struct Node {
 /// A node as the search for a leaf needs it, small enough for the cache.
 #[derive(Clone, Copy, Debug)]
 struct Step {
+    /// At a leaf, its number.
     threshold: f64,
     /// Left child, the right one follows; a leaf leads back to itself.
     next: u32,
@@ -100,11 +101,39 @@ fn coordinates(location: &Location) -> [f64; 4] {
     [location.patch as f64, location.at[0], location.at[1], f64::NEG_INFINITY]
 }
 
+/// Where the search for a leaf may begin: the node that holds all of a patch, or all of a square of a grid over the chart of the only patch.
+#[derive(Clone, Debug)]
+struct Guide {
+    nodes: Vec<u32>,
+    /// Squares along each axis, powers of two, so that which square a coordinate lies in is no matter of rounding.
+    sides: [u32; 2],
+}
+
+/// Patches up to which each is given where to begin.
+const GUIDED_PATCHES: usize = 1 << 20;
+/// Squares, at most; a square for each leaf costs little and spares a peak's samples nothing, all others nearly the whole way down.
+const SQUARES: usize = 1 << 17;
+
+impl Guide {
+    #[inline]
+    fn start(&self, location: &Location) -> usize {
+        let along = |axis: usize| {
+            let side = self.sides[axis];
+            // 1 itself lies in the last square.
+            ((location.at[axis] * f64::from(side)) as usize).min(side as usize - 1)
+        };
+        let square =
+            if self.sides == [1, 1] { location.patch } else { along(0) * self.sides[1] as usize + along(1) };
+        self.nodes[square] as usize
+    }
+}
+
 /// A partition of a domain into leaf cells, and the tree over them.
 #[derive(Clone, Debug)]
 pub struct Partition {
     nodes: Vec<Node>,
     steps: Vec<Step>,
+    guide: Option<Guide>,
     leaves: Vec<Cell>,
     /// The box that each leaf's pilots span, `None` without any or over several patches.
     pilot_boxes: Vec<Option<[[f64; 2]; 2]>>,
@@ -124,7 +153,9 @@ const DEPTH_LIMIT: usize = 96;
 impl Partition {
     /// Cuts `domain` so that each leaf holds at most `per_leaf` of the pilots, as far as atoms allow.
     pub fn from_pilots(space: &dyn Space, pilots: Vec<Location>, knots: &Knots, per_leaf: usize) -> Self {
-        Self::within(space, Cell::whole(space), pilots, knots, per_leaf)
+        let mut whole = Self::within(space, Cell::whole(space), pilots, knots, per_leaf);
+        whole.guide = Some(whole.guide_of(space));
+        whole
     }
 
     /// Cuts one cell of `domain` likewise; all pilots must lie in it.
@@ -136,15 +167,77 @@ impl Partition {
         per_leaf: usize,
     ) -> Self {
         let root = Node { cell, children: None, axis: 0, threshold: 0.0, leaves: 0..0 };
-        let mut tree =
-            Self { nodes: vec![root], steps: Vec::new(), leaves: Vec::new(), pilot_boxes: Vec::new() };
+        let mut tree = Self {
+            nodes: vec![root],
+            steps: Vec::new(),
+            guide: None,
+            leaves: Vec::new(),
+            pilot_boxes: Vec::new(),
+        };
         tree.grow(space, 0, &mut pilots, knots, per_leaf.max(1), 0);
         let step = |(index, node): (usize, &Node)| match node.children {
             Some(left) => Step { threshold: node.threshold, next: left as u32, axis: node.axis as u32 },
-            None => Step { threshold: 0.0, next: index as u32, axis: LEAF },
+            None => Step { threshold: node.leaves.start as f64, next: index as u32, axis: LEAF },
         };
         tree.steps = tree.nodes.iter().enumerate().map(step).collect();
         tree
+    }
+
+    /// Finds where each search may begin.
+    fn guide_of(&self, space: &dyn Space) -> Guide {
+        if space.patches() > 1 {
+            let patches = space.patches().min(GUIDED_PATCHES);
+            let nodes = (0..patches).map(|patch| self.topmost_of_patch(patch)).collect();
+            return Guide { nodes, sides: [1; 2] };
+        }
+        let along = self.leaves.len().min(SQUARES).next_power_of_two().ilog2();
+        let bits = match space.axes() {
+            0 => [0, 0],
+            1 => [along, 0],
+            _ => [along / 2, along - along / 2],
+        };
+        let mut guide = Guide { nodes: vec![0; 1 << (bits[0] + bits[1])], sides: bits.map(|bits| 1 << bits) };
+        self.guide_squares(&mut guide, 0, [0; 2], bits);
+        guide
+    }
+
+    /// The lowest node that holds all of a patch, if it is cut by patches down to there.
+    fn topmost_of_patch(&self, patch: usize) -> u32 {
+        let mut node = 0;
+        while let (Some(left), 0) = (self.nodes[node].children, self.nodes[node].axis) {
+            node = left + usize::from(patch as f64 >= self.nodes[node].threshold);
+        }
+        node as u32
+    }
+
+    /// Notes the lowest node that holds each square of the block of 2^`bits` squares from `first` on, all of which `node` holds.
+    fn guide_squares(&self, guide: &mut Guide, mut node: usize, first: [usize; 2], bits: [u32; 2]) {
+        let sides = guide.sides;
+        while let Some(left) = self.nodes[node].children {
+            let (axis, threshold) = (self.nodes[node].axis - 1, self.nodes[node].threshold);
+            let [low, high] =
+                [first[axis], first[axis] + (1 << bits[axis])].map(|k| k as f64 / f64::from(sides[axis]));
+            if high <= threshold {
+                node = left;
+            } else if low >= threshold {
+                node = left + 1;
+            } else {
+                break;
+            }
+        }
+        let longer = usize::from(bits[1] > bits[0]);
+        if self.nodes[node].children.is_none() || bits == [0, 0] {
+            for a in first[0]..first[0] + (1 << bits[0]) {
+                let row = a * sides[1] as usize + first[1];
+                guide.nodes[row..row + (1 << bits[1])].fill(node as u32);
+            }
+            return;
+        }
+        let (mut half, mut second) = (bits, first);
+        half[longer] -= 1;
+        second[longer] += 1 << half[longer];
+        self.guide_squares(guide, node, first, half);
+        self.guide_squares(guide, node, second, half);
     }
 
     fn grow(
@@ -218,11 +311,19 @@ impl Partition {
     #[inline]
     pub fn leaf_of(&self, location: &Location) -> usize {
         let coordinates = coordinates(location);
-        let mut node = 0;
+        let mut node = self.start(location);
         while self.steps[node].axis != LEAF {
             node = self.steps[node].child(&coordinates);
         }
-        self.nodes[node].leaves.start
+        self.steps[node].threshold as usize
+    }
+
+    #[inline]
+    fn start(&self, location: &Location) -> usize {
+        match &self.guide {
+            Some(guide) if location.patch < GUIDED_PATCHES => guide.start(location),
+            _ => 0,
+        }
     }
 
     /// The leaves that hold some locations, in their order.
@@ -234,8 +335,13 @@ impl Partition {
         out.clear();
         let mut rest = locations;
         while rest.len() >= ABREAST {
-            let all: [[f64; 4]; ABREAST] = std::array::from_fn(|_| rest.next().map_or([0.0; 4], coordinates));
             let mut nodes = [0; ABREAST];
+            let all: [[f64; 4]; ABREAST] = std::array::from_fn(|i| {
+                rest.next().map_or([0.0; 4], |location| {
+                    nodes[i] = self.start(location);
+                    coordinates(location)
+                })
+            });
             loop {
                 let mut inner = false;
                 for (node, coordinates) in nodes.iter_mut().zip(&all) {
@@ -247,7 +353,7 @@ impl Partition {
                     break;
                 }
             }
-            out.extend(nodes.map(|node| self.nodes[node].leaves.start));
+            out.extend(nodes.map(|node| self.steps[node].threshold as usize));
         }
         out.extend(rest.map(|location| self.leaf_of(location)));
     }
@@ -437,6 +543,38 @@ mod tests {
             for axis in 0..2 {
                 assert!(cell.low[axis] <= pilot.at[axis] && pilot.at[axis] <= cell.high[axis]);
             }
+        }
+    }
+
+    #[test]
+    fn the_guide_leads_to_the_leaf_that_the_root_leads_to() {
+        let peaked =
+            |i: usize| Location { patch: 0, at: [(i as f64 / 4e3).powi(9), (i as f64 * 0.37) % 1.0] };
+        let triangles =
+            |i: usize| Location { patch: i % 37, at: [(i as f64 * 0.61) % 1.0, (i as f64 * 0.37) % 1.0] };
+        let ring = Discrete::new(40);
+        let cases: [(&dyn Space, Vec<Location>); 3] = [
+            (&Square, (0..4000).map(peaked).collect()),
+            (&crate::domain::Sphere, (0..4000).map(peaked).collect()),
+            (&ring, (0..4000).map(triangles).collect()),
+        ];
+        for (space, mut places) in cases {
+            let partition = Partition::from_pilots(space, places.clone(), &Knots::default(), 4);
+            places.extend(
+                [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.5, 0.5], [0.25, 1.0 - 1e-16]]
+                    .map(|at| Location { patch: 0, at }),
+            );
+            for place in &places {
+                let coordinates = coordinates(place);
+                let mut node = 0;
+                while partition.steps[node].axis != LEAF {
+                    node = partition.steps[node].child(&coordinates);
+                }
+                assert_eq!(partition.leaf_of(place), partition.nodes[node].leaves.start, "{place:?}");
+            }
+            let mut all = Vec::new();
+            partition.leaves_of(places.iter(), &mut all);
+            assert!(places.iter().zip(all).all(|(place, leaf)| partition.leaf_of(place) == leaf));
         }
     }
 

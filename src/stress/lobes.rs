@@ -217,8 +217,9 @@ fn dark() -> Vec<Row> {
     let row_of = move |(input, z): (&str, f32)| {
         let ask = move |trial: &mut Trial| {
             let out = Vec3::new(-(1.0 - z * z).sqrt(), 0.0, z);
-            for material in [material(0.0, 1.0), material(0.5, 1.0), material(0.5, 50.0), material(0.5, 1e21)]
-            {
+            let ggx = |roughness| Material { roughness: Some(roughness), ..material(0.5, 1.0) };
+            let phong = [0.0, 0.5, 0.5, 0.5].into_iter().zip([1.0, 1.0, 50.0, 1e21]);
+            for material in phong.map(|(ks, ns)| material(ks, ns)).chain([1e-4, 0.3, 1.0].map(ggx)) {
                 let brdf = Reflection::new(&material, Convention::Mtl).seen_from(out);
                 for xi in variates(256) {
                     let drawn = brdf.sample([0.3, xi.x, xi.y]);
@@ -234,7 +235,7 @@ fn dark() -> Vec<Row> {
         };
         HERE.row(
             Kind::Limit,
-            format!("diffuse + Phong, {input}"),
+            format!("diffuse + Phong or GGX, {input}"),
             "black, pdf 0, no sample",
             (0.0, Unit::Absolute),
             ask,

@@ -39,6 +39,8 @@ pub(super) struct Expectation {
     pub total: Integral,
     /// Coarser partitions, from coarse to fine.
     pub scales: Vec<Groups>,
+    /// What is tallied by few cells.
+    pub coarse: Coarse,
     /// For each axis, lines across it and the mass below each.
     pub marginals: Vec<Marginal>,
     /// Where a mass that the sampler gave is not the integral of its density.
@@ -47,6 +49,62 @@ pub(super) struct Expectation {
     pub remainders: Vec<Vec<f64>>,
     /// The largest 1 / density of each leaf's pilots, where there is no density to be asked of.
     pub largest_weights: Vec<f64>,
+}
+
+/// The two coarsest scales as they were when samples were counted by them, and what else the tally has to know of each leaf.
+pub(super) struct Coarse {
+    pub scales: Vec<Groups>,
+    /// For each cell of both scales at once, its cell in either.
+    pub cells: Vec<[Option<usize>; 2]>,
+    of_leaf: Vec<LeafNote>,
+}
+
+/// The cell of both coarse scales that a leaf lies in, and which marginals have a line that cuts it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct LeafNote {
+    cell: u16,
+    cut: u8,
+}
+
+impl LeafNote {
+    #[inline]
+    pub fn cell(self) -> usize {
+        usize::from(self.cell)
+    }
+
+    #[inline]
+    pub fn is_cut(self) -> bool {
+        self.cut != 0
+    }
+
+    #[inline]
+    pub fn is_cut_by(self, marginal: usize) -> bool {
+        self.cut & (1 << marginal) != 0
+    }
+}
+
+impl Coarse {
+    fn new(scales: &[Groups], marginals: &[Marginal], leaves: usize) -> Self {
+        let scales = scales[..scales.len().min(2)].to_vec();
+        let mut cells = Vec::new();
+        let mut number = HashMap::new();
+        let of_leaf = (0..leaves).map(|leaf| {
+            let both = [0, 1].map(|i| scales.get(i).and_then(|scale| scale.of_leaf[leaf]));
+            let cell = *number.entry(both).or_insert_with(|| {
+                cells.push(both);
+                cells.len() as u16 - 1 // of a hundred or so
+            });
+            let cut = (marginals.iter().enumerate()).map(|(i, m)| u8::from(m.cuts(leaf)) << i).sum();
+            LeafNote { cell, cut }
+        });
+        let of_leaf = of_leaf.collect();
+        Self { scales, cells, of_leaf }
+    }
+
+    #[inline]
+    pub fn note(&self, leaf: usize) -> LeafNote {
+        self.of_leaf[leaf]
+    }
 }
 
 /// The marginal distribution along one axis of the chart, at some lines across it.
@@ -61,12 +119,27 @@ pub(super) struct Marginal {
 }
 
 impl Marginal {
+    /// Whether a line cuts the leaf in two: only then does a sample's slab depend on more than its leaf.
+    pub fn cuts(&self, leaf: usize) -> bool {
+        let (below, above) = self.near[leaf];
+        below < above
+    }
+
     /// How many lines lie at or below `x`, which is in `leaf`.
     #[inline]
     pub fn slab(&self, leaf: usize, x: f64) -> usize {
         let (below, above) = self.near[leaf];
         let crossing = &self.lines[below as usize..above as usize];
         below as usize + crossing.iter().map(|&line| usize::from(line <= x)).sum::<usize>()
+    }
+
+    /// Samples between two lines, `cut` of them in leaves that a line cuts and the others from the counts of the leaves.
+    pub fn between(&self, cut: &[u64], per_leaf: &[u64]) -> Vec<u64> {
+        let mut counts = cut.to_vec();
+        for (leaf, &count) in per_leaf.iter().enumerate().filter(|(leaf, _)| !self.cuts(*leaf)) {
+            counts[self.near[leaf].0 as usize] += count;
+        }
+        counts
     }
 }
 
@@ -103,11 +176,13 @@ impl Expectation {
             shares.into_iter().map(|value| Integral { value, ..Integral::default() }).collect();
         let unknown = Integral { value: f64::NAN, error: f64::NAN, ..Integral::default() };
         let scales = scales(&partition, &leaves, samples);
+        let coarse = Coarse::new(&scales, &[], leaves.len());
         Self {
             partition,
             leaves,
             total: unknown,
             scales,
+            coarse,
             marginals: Vec::new(),
             contradiction: None,
             remainders: Vec::new(),
@@ -165,7 +240,7 @@ impl Expectation {
                 None => integrate(rough, &partition, leaf, cell),
             })
         };
-        let marginals = lines
+        let marginals: Vec<Marginal> = lines
             .into_iter()
             .enumerate()
             .map(|(axis, lines)| Marginal {
@@ -195,8 +270,19 @@ impl Expectation {
             }
         }
         let scales = scales(&partition, &leaves, samples);
+        let coarse = Coarse::new(&scales, &marginals, leaves.len());
         let largest_weights = Vec::new();
-        Self { partition, leaves, total, scales, marginals, contradiction, remainders, largest_weights }
+        Self {
+            partition,
+            leaves,
+            total,
+            scales,
+            coarse,
+            marginals,
+            contradiction,
+            remainders,
+            largest_weights,
+        }
     }
 
     /// Before anybody fails: integrates every leaf again by random points, and widens each error to what the two disagree about. The error

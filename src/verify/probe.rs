@@ -133,6 +133,9 @@ pub(super) trait Probe: Sync {
         count
     }
 
+    /// Reads up to `count` samples that will be asked for next, while others are judged.
+    fn load_ahead(&self, _count: u64) {}
+
     /// How many samples there will be, about.
     fn rows_expected(&self, most: u64) -> u64 {
         most
@@ -216,10 +219,13 @@ impl<S: Sampler> Probe for Subject<'_, S> {
         values.clear();
         let mut samples = Vec::new();
         fill_vec(self.sampler, xi, &mut samples);
-        let points = samples.iter().step_by(ask).flatten().map(|sample| sample.point.clone());
-        let (points, mut asked) = (points.collect::<Vec<_>>(), Vec::new());
-        self.sampler.density_many(&points, &mut asked);
-        let mut asked = asked.into_iter();
+        let points_of = |step: usize| -> Vec<PointOf<S>> {
+            samples.iter().step_by(step).flatten().map(|sample| sample.point.clone()).collect()
+        };
+        let (mut asked, mut places) = (Vec::new(), Vec::with_capacity(samples.len()));
+        self.sampler.density_many(&points_of(ask), &mut asked);
+        self.domain.locate_many(&points_of(1), &mut places);
+        let (mut asked, mut places) = (asked.into_iter(), places.into_iter());
         for (i, sample) in samples.into_iter().enumerate() {
             let draw = match sample {
                 None => Draw::without_point(Fate::Rejected),
@@ -228,9 +234,11 @@ impl<S: Sampler> Probe for Subject<'_, S> {
                     for known in &self.extras.known {
                         values.push((known.function)(&sample.point) / sample.density);
                     }
-                    match self.domain.locate(&sample.point) {
-                        Ok(location) => Draw { fate: Fate::Drawn, location, density: sample.density, asked },
-                        Err(_) => Draw::without_point(Fate::Outside),
+                    match places.next() {
+                        Some(Ok(location)) => {
+                            Draw { fate: Fate::Drawn, location, density: sample.density, asked }
+                        }
+                        _ => Draw::without_point(Fate::Outside),
                     }
                 }
             };

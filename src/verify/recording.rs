@@ -89,6 +89,18 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Reads until `out` holds `wanted` numbers, or there are no more.
+fn read_up_to(rows: &mut dyn Rows, wanted: usize, out: &mut Vec<f64>, error: &mut Option<RowsError>) {
+    let width = rows.width();
+    while out.len() < wanted && error.is_none() {
+        match rows.read((wanted - out.len()) / width, out) {
+            Ok(0) => break,
+            Ok(_) => {}
+            Err(why) => *error = Some(why),
+        }
+    }
+}
+
 /// Begins to judge samples that somebody else drew on `domain`: `row` says what each row of numbers means. They must be independent.
 ///
 /// Without a [`density`](Recording::density) they are only held against the densities that come with them, by the means of 1 / density over cells.
@@ -266,19 +278,25 @@ impl<D: Domain> Probe for Recording<'_, D> {
         values.clear();
         let held = self.held();
         let with_weight = self.integral.is_some() && self.columns.weight;
-        for (i, &xi) in xi.iter().enumerate() {
-            let (draw, weight) = match self.drawn(&held, xi) {
+        let rows: Vec<Row<D::Point>> = xi.iter().map(|&xi| (self.row)(self.numbers(&held, xi))).collect();
+        let points: Vec<D::Point> = rows.iter().filter_map(|row| row.point.clone()).collect();
+        let mut places = Vec::with_capacity(points.len());
+        self.domain.locate_many(&points, &mut places);
+        let mut places = places.into_iter();
+        for (i, row) in rows.into_iter().enumerate() {
+            let (draw, weight) = match row.point {
                 None => (Draw::without_point(Fate::Rejected), 0.0),
-                Some((point, density, weight)) => {
-                    let draw = match self.domain.locate(&point) {
-                        Err(_) => Draw::without_point(Fate::Outside),
-                        Ok(location) => {
+                Some(point) => {
+                    let draw = match places.next() {
+                        Some(Ok(location)) => {
                             let both = i % ask == 0 && self.columns.density && self.density.is_some();
+                            let density = row.density.unwrap_or_else(|| self.density_of(&point));
                             let asked = if both { self.density_of(&point) } else { density };
                             Draw { fate: Fate::Drawn, location, density, asked }
                         }
+                        _ => Draw::without_point(Fate::Outside),
                     };
-                    (draw, weight.unwrap_or(0.0))
+                    (draw, row.weight.unwrap_or(0.0))
                 }
             };
             out.push(draw);
@@ -394,17 +412,19 @@ impl<D: Domain> Probe for Recording<'_, D> {
         let (width, wanted) = (self.width, count as usize * self.width);
         held.0 = first;
         held.1.clear();
-        let ready = source.ahead.len().min(wanted);
-        held.1.extend(source.ahead.drain(..ready));
-        while held.1.len() < wanted && source.error.is_none() {
-            let most = (wanted - held.1.len()) / width;
-            match source.rows.read(most, &mut held.1) {
-                Ok(0) => break,
-                Ok(_) => {}
-                Err(error) => source.error = Some(error),
-            }
+        if source.ahead.len() <= wanted {
+            std::mem::swap(&mut held.1, &mut source.ahead);
+        } else {
+            held.1.extend(source.ahead.drain(..wanted));
         }
+        let Source { rows, error, .. } = &mut *source;
+        read_up_to(rows.as_mut(), wanted, &mut held.1, error);
         (held.1.len() / width) as u64
+    }
+
+    fn load_ahead(&self, count: u64) {
+        let Source { rows, ahead, error } = &mut *lock(&self.source);
+        read_up_to(rows.as_mut(), count as usize * self.width, ahead, error);
     }
 
     fn rows_expected(&self, most: u64) -> u64 {

@@ -3,7 +3,7 @@
 //! Samples are drawn in shards of fixed size, each from its own stream, and merged in order: the same seed gives the same counts on any
 //! number of threads.
 
-use super::expectation::{Expectation, MODULI};
+use super::expectation::{Expectation, LeafNote, MODULI};
 use super::probe::{Draw, Fate, Probe};
 use super::settings::{Drawn, Settings};
 use crate::random::{fill_unit, stream};
@@ -13,6 +13,8 @@ use std::time::Instant;
 pub(super) const SHARD: u64 = 1 << 14;
 /// Shards between two looks at the clock; also what bounds the memory.
 const BATCH: u64 = 64;
+/// Shards that share a tally once there are finer cells than samples in a shard: to empty and to merge a tally costs as much as many samples.
+const SHARED: u64 = 8;
 /// Samples that are drawn in one go.
 const CHUNK: usize = 512;
 /// In this many first shards the density is asked again at every sample's point, later at each one in [`ASKED_RARELY`].
@@ -62,7 +64,7 @@ pub(super) struct Disagreement {
     pub example: Option<Offence>,
 }
 
-/// Sums of 1 / density over the samples of one leaf.
+/// Sums of 1 / density over the samples of one cell.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Inverse {
     /// Of the first, second and third power.
@@ -90,11 +92,11 @@ impl Inverse {
 pub(super) struct Tally {
     pub samples: u64,
     pub per_leaf: Vec<u64>,
-    /// For each leaf.
+    /// For each cell of both coarse scales.
     pub inverse: Vec<Inverse>,
-    /// For each axis with lines across it, samples between two lines.
+    /// For each axis with lines across it, samples between two lines, of leaves that a line cuts.
     pub between_lines: Vec<Vec<u64>>,
-    /// Samples by the remainder of their index, for each of [`MODULI`].
+    /// Samples by the remainder of their index, for each of [`MODULI`], where that is asked.
     pub remainders: [Vec<u64>; 2],
     /// For each class of a sample, the class of the next one: the cells of the coarsest scale, and all else.
     pub pairs: Vec<u64>,
@@ -120,7 +122,7 @@ impl Tally {
         let classes = classes(expectation);
         Self {
             per_leaf: vec![0; leaves],
-            inverse: vec![Inverse::default(); leaves],
+            inverse: vec![Inverse::default(); expectation.coarse.cells.len()],
             between_lines: expectation.marginals.iter().map(|m| vec![0; m.lines.len() + 1]).collect(),
             remainders: MODULI.map(|m| vec![0; m]),
             pairs: vec![0; classes * classes],
@@ -179,7 +181,7 @@ pub(super) fn classes(expectation: &Expectation) -> usize {
 }
 
 /// Draws `settings.samples` samples, or fewer if stopped, if the time is up, or if `enough` says so of what was drawn so far. `enough` is asked
-/// after every shard, in order.
+/// after every shard, in order; beyond the first batch after every few.
 pub(super) fn draw(
     probe: &dyn Probe,
     expectation: &Expectation,
@@ -197,10 +199,24 @@ pub(super) fn draw(
         let wanted = (batch * SHARD).min(settings.samples - next * SHARD);
         let loaded = probe.load(next * SHARD, wanted);
         let batch = loaded.div_ceil(SHARD);
-        let tallies = crate::parallel::map(batch as usize, |i| {
-            let shard = next + i as u64;
-            let count = SHARD.min(loaded - i as u64 * SHARD);
-            draw_shard(probe, expectation, settings.seed, shard, count)
+        let together = if next < BATCH || probe.is_slow() { 1 } else { SHARED };
+        let judge = || {
+            crate::parallel::map(batch.div_ceil(together) as usize, |i| {
+                let mut tally = Tally::empty(probe, expectation);
+                for shard in i as u64 * together..batch.min((i as u64 + 1) * together) {
+                    let count = SHARD.min(loaded - shard * SHARD);
+                    draw_shard(probe, expectation, settings.seed, next + shard, count, &mut tally);
+                }
+                tally
+            })
+        };
+        // What is read from elsewhere is read while the last that came is judged.
+        let after = next + batch;
+        let ahead = (BATCH * SHARD).min(settings.samples.saturating_sub(after * SHARD));
+        let (tallies, ()) = crate::parallel::join(judge, || {
+            if loaded == wanted && settings.time.is_none() {
+                probe.load_ahead(ahead);
+            }
         });
         for tally in tallies {
             total.merge(tally);
@@ -219,13 +235,20 @@ pub(super) fn draw(
     total
 }
 
-fn draw_shard(probe: &dyn Probe, expectation: &Expectation, seed: u64, shard: u64, count: u64) -> Tally {
+fn draw_shard(
+    probe: &dyn Probe,
+    expectation: &Expectation,
+    seed: u64,
+    shard: u64,
+    count: u64,
+    tally: &mut Tally,
+) {
     let mut rng = stream(seed, "verify", shard);
     let dimensions = probe.dimensions().max(1);
-    let mut tally = Tally { samples: count, ..Tally::empty(probe, expectation) };
+    tally.samples += count;
     let mut xi = vec![0.0; CHUNK * dimensions];
-    let (mut draws, mut leaves, mut values) =
-        (Vec::with_capacity(CHUNK), Vec::with_capacity(CHUNK), Vec::new());
+    let (mut draws, mut leaves) = (Vec::with_capacity(CHUNK), Vec::with_capacity(CHUNK));
+    let (mut notes, mut values) = (Vec::with_capacity(CHUNK), Vec::new());
     let mut counter = Counter::new(probe, expectation);
     let ask = if shard < ASKED_ALWAYS { 1 } else { ASKED_RARELY };
     let mut left = count as usize;
@@ -240,9 +263,16 @@ fn draw_shard(probe: &dyn Probe, expectation: &Expectation, seed: u64, shard: u6
         next_row += xi.len() as u64;
         probe.draw(xi, ask, &mut draws, &mut values);
         expectation.partition.leaves_of(draws.iter().map(|draw| &draw.location), &mut leaves);
-        for (i, ((draw, &leaf), xi)) in draws.iter().zip(&leaves).zip(xi.chunks_exact(dimensions)).enumerate()
+        // Leaves are all over the memory: loops with nothing else in them wait for many at once.
+        notes.clear();
+        notes.extend(leaves.iter().map(|&leaf| expectation.coarse.note(leaf)));
+        for (draw, &leaf) in draws.iter().zip(&leaves) {
+            tally.per_leaf[leaf] += u64::from(draw.fate == Fate::Drawn);
+        }
+        let places = leaves.iter().copied().zip(notes.iter().copied());
+        for (i, ((draw, place), xi)) in draws.iter().zip(places).zip(xi.chunks_exact(dimensions)).enumerate()
         {
-            counter.count(draw, leaf, xi, i % ask == 0, &mut tally);
+            counter.count(draw, place, xi, i % ask == 0, tally);
         }
         let functions = tally.known.len().max(1);
         for values in values.chunks_exact(functions) {
@@ -250,16 +280,14 @@ fn draw_shard(probe: &dyn Probe, expectation: &Expectation, seed: u64, shard: u6
         }
         left -= draws.len();
     }
-    tally
 }
 
 struct Counter<'a> {
     probe: &'a dyn Probe,
     expectation: &'a Expectation,
-    discrete: bool,
+    by_remainder: bool,
     has_left_over: bool,
     classes: usize,
-    class_of_leaf: Option<&'a [Option<usize>]>,
     previous: Option<usize>,
 }
 
@@ -269,15 +297,22 @@ impl<'a> Counter<'a> {
         Self {
             probe,
             expectation,
-            discrete: probe.space().axes() == 0,
+            by_remainder: !expectation.remainders.is_empty(),
             has_left_over: probe.left_over(&middle).is_some(),
             classes: classes(expectation),
-            class_of_leaf: expectation.scales.first().map(|scale| scale.of_leaf.as_slice()),
             previous: None,
         }
     }
 
-    fn count(&mut self, draw: &Draw, leaf: usize, xi: &[f64], asked: bool, tally: &mut Tally) {
+    /// All but the leaf's own count.
+    fn count(
+        &mut self,
+        draw: &Draw,
+        (leaf, note): (usize, LeafNote),
+        xi: &[f64],
+        asked: bool,
+        tally: &mut Tally,
+    ) {
         let mut class = self.classes - 1;
         match draw.fate {
             Fate::Rejected => tally.rejected += 1,
@@ -289,15 +324,19 @@ impl<'a> Counter<'a> {
             }
             Fate::Drawn => {
                 let location = &draw.location;
-                class = self.class_of_leaf.and_then(|classes| classes[leaf]).unwrap_or(class);
-                tally.per_leaf[leaf] += 1;
+                class = self.expectation.coarse.cells[note.cell()][0].unwrap_or(class);
                 if draw.density > 0.0 {
-                    tally.inverse[leaf].add(1.0 / draw.density);
+                    tally.inverse[note.cell()].add(1.0 / draw.density);
                 }
-                for (marginal, counts) in self.expectation.marginals.iter().zip(&mut tally.between_lines) {
-                    counts[marginal.slab(leaf, location.at[marginal.axis])] += 1;
+                if note.is_cut() {
+                    let marginals = self.expectation.marginals.iter().zip(&mut tally.between_lines);
+                    for (i, (marginal, counts)) in marginals.enumerate() {
+                        if note.is_cut_by(i) {
+                            counts[marginal.slab(leaf, location.at[marginal.axis])] += 1;
+                        }
+                    }
                 }
-                if self.discrete {
+                if self.by_remainder {
                     for (counts, m) in tally.remainders.iter_mut().zip(MODULI) {
                         counts[location.patch % m] += 1;
                     }

@@ -14,7 +14,7 @@
 use super::check::{Case, Check, Needs, Rests};
 use super::finding::{Evidence, Finding, Verdict};
 use super::tally::Inverse;
-use crate::domain::{Cell, Groups, Location};
+use crate::domain::{Cell, Location};
 use crate::random::{fill_unit, stream};
 use crate::statistics::{self, Moments, binomial, normal};
 
@@ -98,8 +98,8 @@ fn inverse_density(check: &'static str, case: &Case<'_>) -> Finding {
     let limits: Vec<Option<f64>> = crate::parallel::map(leaves, |leaf| largest_weight(case, leaf));
     let (mut asked, mut worst, mut of) = (0_u64, None::<(f64, String, f64)>, 0_u64);
     let (mut share, mut error) = (0.0, 0.0_f64);
-    for (i, scale) in case.expectation.scales.iter().take(2).enumerate() {
-        for (group, figure) in cells(case, scale, &limits) {
+    for (i, scale) in case.expectation.coarse.scales.iter().enumerate() {
+        for (group, figure) in cells(case, i, &limits) {
             of += 1;
             let Some(figure) = figure else { continue };
             asked += 1;
@@ -132,8 +132,8 @@ fn inverse_density(check: &'static str, case: &Case<'_>) -> Finding {
 pub(super) fn common_ratio(case: &Case<'_>) -> Option<(f64, f64)> {
     let leaves = case.expectation.leaves.len();
     let limits: Vec<Option<f64>> = (0..leaves).map(|leaf| largest_weight(case, leaf)).collect();
-    let scale = case.expectation.scales.first()?;
-    let figures: Vec<Figure> = cells(case, scale, &limits).filter_map(|(_, figure)| figure).collect();
+    case.expectation.coarse.scales.first()?;
+    let figures: Vec<Figure> = cells(case, 0, &limits).filter_map(|(_, figure)| figure).collect();
     let precision = |f: &Figure| 1.0 / f.relative_error.max(ROUNDING).powi(2);
     let total: f64 = figures.iter().map(precision).sum();
     let mean = figures.iter().map(|f| f.ratio * precision(f)).sum::<f64>() / total;
@@ -150,22 +150,28 @@ struct Figure {
     share: f64,
 }
 
-/// The cells of a scale, with a figure where they can be asked.
+/// The cells of one of the two coarse scales, with a figure where they can be asked.
 fn cells<'a>(
     case: &'a Case<'_>,
-    scale: &'a Groups,
+    which: usize,
     limits: &'a [Option<f64>],
 ) -> impl Iterator<Item = (usize, Option<Figure>)> + 'a {
     let n = case.tally.samples as f64;
+    let coarse = &case.expectation.coarse;
+    let scale = &coarse.scales[which];
     let groups = scale.cells.len();
     let (masses, _) = case.expectation.masses_at(scale);
     let mut sums = vec![(0_u64, Inverse::default(), Some(0.0_f64)); groups];
     for (leaf, group) in scale.of_leaf.iter().enumerate() {
         let Some(group) = *group else { continue };
-        let (count, inverse, limit) = &mut sums[group];
+        let (count, _, limit) = &mut sums[group];
         *count += case.tally.per_leaf[leaf];
-        inverse.merge(&case.tally.inverse[leaf]);
         *limit = limit.zip(limits[leaf]).map(|(a, b)| a.max(b));
+    }
+    for (cells, inverse) in coarse.cells.iter().zip(&case.tally.inverse) {
+        if let Some(group) = cells[which] {
+            sums[group].1.merge(inverse);
+        }
     }
     sums.into_iter().enumerate().map(move |(group, (count, inverse, limit))| {
         let measure = case.probe.space().cell_measure(&scale.cells[group]);
