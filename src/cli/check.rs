@@ -321,7 +321,7 @@ fn samples<D: Coordinates>(domain: D, arguments: &Arguments, settings: &Settings
         .integral(arguments.integral);
     let table = given.as_ref().map(|(table, _)| table);
     if let Some(table) = table {
-        record = record.knots(table.knots()).density(|point| table.density(point));
+        record = record.knots(table.knots()).density_of_places(|place| table.at(place));
     }
     let (mut examination, fails) = judged(record.examine(settings).map_err(plain)?, settings)?;
     if fails {

@@ -50,7 +50,11 @@ const FEW_PILOTS_SHARE: u64 = 8;
 /// How many rows are assumed of a pipe whose end nobody knows.
 const ASSUMED: u64 = 100_000_000;
 
-type Judge<'a, P> = Box<dyn Fn(&P) -> f64 + Send + Sync + 'a>;
+/// A density, of a point or of its place on the chart.
+enum Judge<'a, P> {
+    Point(Box<dyn Fn(&P) -> f64 + Send + Sync + 'a>),
+    Place(Box<dyn Fn(&Location) -> f64 + Send + Sync + 'a>),
+}
 
 /// Samples that are being read, and what they are held against.
 pub struct Recording<'a, D: Domain> {
@@ -180,7 +184,12 @@ impl<'a, D: Domain> Recording<'a, D> {
 
     /// The density that they should have, per the domain's measure.
     pub fn density(self, density: impl Fn(&D::Point) -> f64 + Send + Sync + 'a) -> Self {
-        Self { density: Some(Box::new(density)), ..self }
+        Self { density: Some(Judge::Point(Box::new(density))), ..self }
+    }
+
+    /// The same of places on the domain's chart, which are known anyway: for densities that would have to find them from the point.
+    pub fn density_of_places(self, density: impl Fn(&Location) -> f64 + Send + Sync + 'a) -> Self {
+        Self { density: Some(Judge::Place(Box::new(density))), ..self }
     }
 
     /// The probability of a cell, where it is known exactly.
@@ -247,8 +256,21 @@ impl<'a, D: Domain> Recording<'a, D> {
         Some((point, density, row.weight))
     }
 
+    /// 0 outside of the domain.
     fn density_of(&self, point: &D::Point) -> f64 {
-        self.density.as_ref().map_or(f64::NAN, |density| density(point))
+        match &self.density {
+            None => f64::NAN,
+            Some(Judge::Point(density)) => density(point),
+            Some(Judge::Place(density)) => self.domain.locate(point).map_or(0.0, |place| density(&place)),
+        }
+    }
+
+    /// The same, of a point whose place is known.
+    fn density_there(&self, point: &D::Point, place: &Location) -> f64 {
+        match &self.density {
+            Some(Judge::Place(density)) => density(place),
+            _ => self.density_of(point),
+        }
     }
 }
 
@@ -290,8 +312,9 @@ impl<D: Domain> Probe for Recording<'_, D> {
                     let draw = match places.next() {
                         Some(Ok(location)) => {
                             let both = i % ask == 0 && self.columns.density && self.density.is_some();
-                            let density = row.density.unwrap_or_else(|| self.density_of(&point));
-                            let asked = if both { self.density_of(&point) } else { density };
+                            let there = || self.density_there(&point, &location);
+                            let density = row.density.unwrap_or_else(there);
+                            let asked = if both { there() } else { density };
                             Draw { fate: Fate::Drawn, location, density, asked }
                         }
                         _ => Draw::without_point(Fate::Outside),
@@ -323,7 +346,7 @@ impl<D: Domain> Probe for Recording<'_, D> {
 
     fn density_at(&self, patch: usize, at: [f64; 2]) -> (f64, f64) {
         let (point, jacobian) = self.domain.point(patch, at);
-        (self.density_of(&point), jacobian)
+        (self.density_there(&point, &Location { patch, at }), jacobian)
     }
 
     fn densities_at(&self, places: &[Location], out: &mut Vec<(f64, f64)>) {
