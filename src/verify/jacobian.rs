@@ -12,11 +12,12 @@
 use super::check::{Case, Check, Needs, Rests};
 use super::expectation::Expectation;
 use super::finding::{Evidence, Finding, Verdict};
-use super::probe::Probe;
+use super::probe::{Fate, Probe};
 use crate::domain::Location;
 use crate::random::{fill_unit, stream};
 use crate::sampler::Preimage;
 use std::collections::HashMap;
+use std::ops::Range;
 
 const PLACES: usize = 384;
 /// A sampler that is slow to answer is asked at fewer places.
@@ -231,21 +232,32 @@ fn determinant(probe: &dyn Probe, xi: &[f64], selecting: usize) -> Option<(f64, 
 /// How far the density is from a straight line between the sample and those a step away: a density that vanishes between the points that are drawn
 /// (a comb) bends nowhere else.
 fn bend_between(probe: &dyn Probe, xi: &[f64], selecting: usize, axes: usize, step: f64) -> Option<f64> {
-    let here = probe.displacement(xi, xi)?.1;
-    let mut moved = xi.to_vec();
+    const PARTS: [f64; 3] = [0.27, 0.61, 0.83];
+    let stencil = stencil(xi, selecting..selecting + axes, &[-step, step]);
+    let densities: Vec<f64> =
+        probe.displacements(xi, &stencil)?.into_iter().map(|(_, density)| density).collect();
+    let (here, around) = densities.split_first()?;
     let mut bend = 0.0_f64;
-    for variate in selecting..selecting + axes {
-        for sign in [-1.0, 1.0] {
-            moved[variate] = xi[variate] + sign * step;
-            let there = probe.displacement(xi, &moved)?.1;
-            for part in [0.27, 0.61, 0.83] {
-                let between = probe.density_between(xi, &moved, part)?;
-                bend = bend.max((between - (here + part * (there - here))).abs() / here);
-            }
+    // The first of the stencil is the place itself.
+    for (moved, there) in stencil.chunks_exact(xi.len()).skip(1).zip(around) {
+        for (part, between) in PARTS.into_iter().zip(probe.densities_between(xi, moved, &PARTS)?) {
+            bend = bend.max((between - (here + part * (there - here))).abs() / here);
         }
-        moved[variate] = xi[variate];
     }
     Some(bend)
+}
+
+/// Sets of variates, one after another: `xi` itself, then for each of some variates `xi` with that one moved by each of the `steps`.
+fn stencil(xi: &[f64], variates: Range<usize>, steps: &[f64]) -> Vec<f64> {
+    let mut all = xi.to_vec();
+    for variate in variates {
+        for step in steps {
+            all.extend_from_slice(xi);
+            let moved = all.len() - xi.len() + variate;
+            all[moved] += step;
+        }
+    }
+    all
 }
 
 /// Central differences at one step.
@@ -260,18 +272,12 @@ struct Difference {
 
 impl Difference {
     fn new(probe: &dyn Probe, xi: &[f64], selecting: usize, axes: usize, step: f64) -> Option<Self> {
-        let mut moved = xi.to_vec();
         let (mut columns, mut bend) = ([[0.0; 2]; 2], 0.0_f64);
-        let here = probe.displacement(xi, xi)?.1;
-        for (axis, column) in columns.iter_mut().enumerate().take(axes) {
-            let variate = selecting + axis;
-            let mut at = |factor: f64| {
-                moved[variate] = xi[variate] + factor * step;
-                let displacement = probe.displacement(xi, &moved);
-                moved[variate] = xi[variate];
-                displacement
-            };
-            let ((near, a), (back, b), (far, c), (far_back, d)) = (at(1.0)?, at(-1.0)?, at(2.0)?, at(-2.0)?);
+        let stencil = stencil(xi, selecting..selecting + axes, &[step, -step, 2.0 * step, -2.0 * step]);
+        let all = probe.displacements(xi, &stencil)?;
+        let ((_, here), around) = all.split_first()?;
+        for (column, four) in columns.iter_mut().zip(around.as_chunks::<4>().0) {
+            let [(near, a), (back, b), (far, c), (far_back, d)] = four;
             bend = bend.max((a + b - 2.0 * here).abs().max((c + d - 2.0 * here).abs()) / here);
             for i in 0..2 {
                 column[i] = (8.0 * (near[i] - back[i]) - (far[i] - far_back[i])) / (12.0 * step);
@@ -305,15 +311,14 @@ impl Bank {
     fn new(probe: &dyn Probe, expectation: &Expectation) -> Self {
         let mut rng = stream(0, "preimages", 0);
         let mut bank: HashMap<usize, Vec<Vec<f64>>> = HashMap::new();
-        let mut xi = vec![0.0; probe.dimensions()];
-        let mut found = Vec::new();
-        for _ in 0..BANK {
-            fill_unit(&mut rng, &mut xi);
-            found.clear();
-            probe.locate(&xi, &mut found);
-            if let Some(location) = found.first() {
-                bank.entry(expectation.partition.leaf_of(location)).or_default().push(xi.clone());
-            }
+        let dimensions = probe.dimensions();
+        let mut xi = vec![0.0; BANK * dimensions];
+        fill_unit(&mut rng, &mut xi);
+        let (mut draws, mut values) = (Vec::new(), Vec::new());
+        probe.draw(&xi, usize::MAX, &mut draws, &mut values);
+        for (draw, xi) in draws.iter().zip(xi.chunks_exact(dimensions)).filter(|(d, _)| d.fate == Fate::Drawn)
+        {
+            bank.entry(expectation.partition.leaf_of(&draw.location)).or_default().push(xi.to_vec());
         }
         Self { in_leaf: bank, asked: 0 }
     }
@@ -368,17 +373,22 @@ fn newton(probe: &dyn Probe, target: &[f64], start: &[f64]) -> Newton {
     let axes = probe.space().axes();
     let mut xi = start.to_vec();
     for _ in 0..STEPS {
-        let Some((miss, _)) = probe.displacement(target, &xi) else { return Newton::Lost };
         let step = 2.0_f64.powi(-10);
-        let mut columns = [[0.0; 2]; 2];
-        for (axis, column) in columns.iter_mut().enumerate().take(axes) {
-            let (mut ahead, mut behind) = (xi.clone(), xi.clone());
-            ahead[axis] = (xi[axis] + step).min(1.0 - 1e-9);
-            behind[axis] = (xi[axis] - step).max(0.0);
-            let width = ahead[axis] - behind[axis];
-            let ends = probe.displacement(target, &ahead).zip(probe.displacement(target, &behind));
-            let Some(((a, _), (b, _))) = ends else { return Newton::Lost };
-            *column = [0, 1].map(|i| (a[i] - b[i]) / width);
+        let mut places = xi.clone();
+        let mut widths = [0.0; 2];
+        for (axis, width) in widths.iter_mut().enumerate().take(axes) {
+            let (ahead, behind) = ((xi[axis] + step).min(1.0 - 1e-9), (xi[axis] - step).max(0.0));
+            *width = ahead - behind;
+            for end in [ahead, behind] {
+                places.extend_from_slice(&xi);
+                let moved = places.len() - xi.len() + axis;
+                places[moved] = end;
+            }
+        }
+        let Some(all) = probe.displacements(target, &places) else { return Newton::Lost };
+        let (miss, mut columns) = (all[0].0, [[0.0; 2]; 2]);
+        for ((column, width), ends) in columns.iter_mut().zip(widths).zip(all[1..].as_chunks::<2>().0) {
+            *column = [0, 1].map(|i| (ends[0].0[i] - ends[1].0[i]) / width);
         }
         let [a, b] = columns;
         let move_by = if axes == 1 {

@@ -99,10 +99,11 @@ pub(super) trait Probe: Sync {
     fn describe(&self, patch: usize, at: [f64; 2]) -> String;
     /// The densities a step of `epsilon` around the sample of `xi`.
     fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64>;
-    /// The displacement from the sample of one set of variates to that of another, and the density asked at the latter.
-    fn displacement(&self, from: &[f64], to: &[f64]) -> Option<([f64; 2], f64)>;
-    /// The density at a part of the way from the sample of one set of variates to that of another, along the chart.
-    fn density_between(&self, from: &[f64], to: &[f64], part: f64) -> Option<f64>;
+    /// The displacements from the sample of one set of variates to those of others, one after another in `to`, and the densities asked at the latter;
+    /// `None` if any is missing. All at once, since to ask may be slow.
+    fn displacements(&self, from: &[f64], to: &[f64]) -> Option<Vec<([f64; 2], f64)>>;
+    /// The densities at parts of the way from the sample of one set of variates to that of another, along the chart.
+    fn densities_between(&self, from: &[f64], to: &[f64], parts: &[f64]) -> Option<Vec<f64>>;
     /// How large the numbers of its point are; 0 if there is none.
     fn magnitude(&self, xi: &[f64]) -> f64;
     /// All preimages of the sample of `xi`, if the sampler lists them.
@@ -185,6 +186,13 @@ impl<'a, S: Sampler> Subject<'a, S> {
             sampler,
             extras,
         }
+    }
+
+    /// The points of all sets of variates; `None` if any has none.
+    fn points_of(&self, xi: &[f64]) -> Option<Vec<PointOf<S>>> {
+        let mut samples = Vec::new();
+        fill_vec(self.sampler, xi, &mut samples);
+        samples.into_iter().map(|sample| Some(sample?.point)).collect()
     }
 
     fn each<'x>(&self, xi: &'x [f64]) -> impl Iterator<Item = &'x [f64]> {
@@ -289,14 +297,20 @@ impl<S: Sampler> Probe for Subject<'_, S> {
         densities
     }
 
-    fn displacement(&self, from: &[f64], to: &[f64]) -> Option<([f64; 2], f64)> {
-        let (from, to) = (self.sampler.sample(from)?.point, self.sampler.sample(to)?.point);
-        Some((self.domain.displacement(&from, &to)?, self.sampler.density(&to)))
+    fn displacements(&self, from: &[f64], to: &[f64]) -> Option<Vec<([f64; 2], f64)>> {
+        let points = self.points_of(&[from, to].concat())?;
+        let (from, to) = points.split_first()?;
+        let mut densities = Vec::with_capacity(to.len());
+        self.sampler.density_many(to, &mut densities);
+        to.iter()
+            .zip(densities)
+            .map(|(to, density)| Some((self.domain.displacement(from, to)?, density)))
+            .collect()
     }
 
-    fn density_between(&self, from: &[f64], to: &[f64], part: f64) -> Option<f64> {
-        let (from, to) = (self.sampler.sample(from)?.point, self.sampler.sample(to)?.point);
-        let (a, b) = (self.domain.locate(&from).ok()?, self.domain.locate(&to).ok()?);
+    fn densities_between(&self, from: &[f64], to: &[f64], parts: &[f64]) -> Option<Vec<f64>> {
+        let ends = self.points_of(&[from, to].concat())?;
+        let (a, b) = (self.domain.locate(&ends[0]).ok()?, self.domain.locate(&ends[1]).ok()?);
         let mut step = [0, 1].map(|axis| b.at[axis] - a.at[axis]);
         for (axis, step) in step.iter_mut().enumerate() {
             // The short way round.
@@ -304,8 +318,14 @@ impl<S: Sampler> Probe for Subject<'_, S> {
                 *step -= step.signum();
             }
         }
-        let at = [0, 1].map(|axis| (a.at[axis] + part * step[axis]).rem_euclid(1.0));
-        (a.patch == b.patch).then(|| self.density_at(a.patch, at).0)
+        let between = |part: &f64| {
+            let at = [0, 1].map(|axis| (a.at[axis] + part * step[axis]).rem_euclid(1.0));
+            self.domain.point(a.patch, at).0
+        };
+        let points: Vec<PointOf<S>> = parts.iter().map(between).collect();
+        let mut densities = Vec::with_capacity(parts.len());
+        self.sampler.density_many(&points, &mut densities);
+        (a.patch == b.patch).then_some(densities)
     }
 
     fn magnitude(&self, xi: &[f64]) -> f64 {

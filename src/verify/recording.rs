@@ -368,11 +368,11 @@ impl<D: Domain> Probe for Recording<'_, D> {
         }
     }
 
-    fn displacement(&self, _: &[f64], _: &[f64]) -> Option<([f64; 2], f64)> {
+    fn displacements(&self, _: &[f64], _: &[f64]) -> Option<Vec<([f64; 2], f64)>> {
         None
     }
 
-    fn density_between(&self, _: &[f64], _: &[f64], _: f64) -> Option<f64> {
+    fn densities_between(&self, _: &[f64], _: &[f64], _: &[f64]) -> Option<Vec<f64>> {
         None
     }
 
