@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tables of many digits that tests/statistics.rs compares with: data/oracle/*.csv.
+"""Tables of many digits that tests/it/statistics.rs compares with: data/oracle/*.csv.
 
     pip install mpmath gmpy2 python-flint numpy scipy && python scripts/oracle_statistics.py
 
@@ -288,7 +288,7 @@ def ln_rising():
 def e_process():
     """ln e by the log-gamma functions themselves, and the largest likelihood within the errors by a search in lambda.
 
-    Columns: case, total of the cells, ln e, conservative ln e; the cases are spelled out in tests/statistics.rs too.
+    Columns: case, total of the cells, ln e, conservative ln e; the cases are spelled out in tests/it/statistics.rs too.
     """
     rows = []
     with mp.workdps(80):

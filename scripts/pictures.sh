@@ -15,7 +15,7 @@ warpcheck render data/scene/veach_a3.toml --sheet
 cp "$out/veach_a3-sheet.png" docs/sheet.png
 warpcheck converge data/scene/veach_a3.toml --strategy brdf,light,mis:0.5,mis:auto,mis-two --spp 96
 cp "$out/veach_a3-converge.svg" docs/converge.svg
-WARPCHECK_SCREENSHOTS="$out" cargo test --release --test browser samplers_in_a_browser # wants chromium and chromedriver
+WARPCHECK_SCREENSHOTS="$out" cargo test --release --test it samplers_in_a_browser # wants chromium and chromedriver
 cp "$out/report.png" docs/report.png
 cp "$out/report-phone.png" docs/report-phone.png
 warpcheck calibrate

@@ -1,7 +1,7 @@
 //! Numbers in, a figure out: the statistics that judge samples.
 //!
 //! Nothing here knows what a sample is; every file is one idea, begins with its formula and source, and states the
-//! accuracy that `tests/statistics.rs` measures against tables of many digits in `data/oracle`. Bad input is an [`Error`]
+//! accuracy that `tests/it/statistics.rs` measures against tables of many digits in `data/oracle`. Bad input is an [`Error`]
 //! that names it, never a panic. Tails keep their relative accuracy down to the smallest `f64`, because a p-value of
 //! 1e-200 that is adjusted for a thousand tests must still be the right number.
 //!

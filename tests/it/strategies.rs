@@ -1,7 +1,6 @@
 //! Every strategy and every way to sample lights estimates the same integral.
 //!
 //! Seeds are fixed, so a test passes always or never; the level is that at which a right estimator would fail by chance.
-#![cfg(feature = "render")]
 
 use glam::Vec3;
 use std::{fs, path::PathBuf};

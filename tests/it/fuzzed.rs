@@ -1,6 +1,5 @@
 //! What the fuzz targets under fuzz/ stand for, as tests: inputs that once broke a reader, or would have, and what is promised of
 //! readers that get bytes from anywhere.
-#![cfg(feature = "render")]
 
 use std::path::Path;
 use std::{fs, io};

@@ -3,7 +3,6 @@
 //!
 //! Needs `chromedriver` (Debian: `chromium` and `chromium-driver`) and passes without a word of proof where there is none, unless `CI` is set. With
 //! `WARPCHECK_SCREENSHOTS=DIR` the pictures of the page go there.
-#![cfg(feature = "cli")]
 
 use assert_cmd::cargo::cargo_bin;
 use serde_json::{Value, json};

@@ -508,7 +508,7 @@ fn rectangles_over_a_floor() {
     rectangles(&[("Fpar", [2.0, 0.5]), ("Fper", [2.0, 2.0])]);
 }
 
-/// `cargo test --release --test estimator -- --ignored all_rectangles`: five minutes.
+/// `cargo test --release --test it -- --ignored all_rectangles`: five minutes.
 #[test]
 #[ignore = "long: small rectangles are seldom met"]
 fn all_rectangles_over_a_floor() {
@@ -560,7 +560,7 @@ fn a_sphere_partly_under_the_horizon() {
     spheres(&[(0.9, 60.0)], &[UNIFORM, BRDF]);
 }
 
-/// `cargo test --release --test estimator -- --ignored all_spheres`: some minutes.
+/// `cargo test --release --test it -- --ignored all_spheres`: some minutes.
 #[test]
 #[ignore = "long: small spheres are seldom met"]
 fn all_spheres_partly_under_the_horizon() {
@@ -602,7 +602,7 @@ fn a_phong_lobe_has_its_albedo() {
     phong_furnaces(&["10", "50", "1000", "10000"], &[BRDF, mis(0.5)]);
 }
 
-/// `cargo test --release --test estimator -- --ignored phong_lobes`: some minutes.
+/// `cargo test --release --test it -- --ignored phong_lobes`: some minutes.
 #[test]
 #[ignore = "long: a lobe is seldom met by directions that don't know it"]
 fn phong_lobes_by_strategies_that_miss_them() {
@@ -639,7 +639,7 @@ fn irradiance_of_an_overcast_sky() {
     irradiances("potsdamer_platz_512.hdr", &AXES[..2], &[UNIFORM, BRDF, LIGHT]);
 }
 
-/// `cargo test --release --test estimator -- --ignored irradiance_along`: some minutes.
+/// `cargo test --release --test it -- --ignored irradiance_along`: some minutes.
 #[test]
 #[ignore = "long: most samples go to a sun that is behind the surface"]
 fn irradiance_along_all_axes() {
@@ -647,7 +647,7 @@ fn irradiance_along_all_axes() {
     irradiances("spruit_sunrise_512.hdr", &AXES, &[LIGHT, mis(0.5)]);
 }
 
-/// `cargo test --release --test estimator -- --ignored triangles_to`: a minute. [`triangles_over_a_floor`] at the precision of the others.
+/// `cargo test --release --test it -- --ignored triangles_to`: a minute. [`triangles_over_a_floor`] at the precision of the others.
 #[test]
 #[ignore = "long: small triangles are seldom met"]
 fn triangles_to_a_thousandth() {

@@ -1,7 +1,5 @@
 //! Pictures survive the disk, and the disk survives pictures: round trips, damaged input, failed writes.
 
-#![cfg(feature = "pictures")]
-
 use std::fs;
 use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};

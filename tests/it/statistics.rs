@@ -1,11 +1,8 @@
 //! The statistics against tables of many digits (`data/oracle`, made by `scripts/oracle_statistics.py`), against closed
 //! forms, and against laws that must hold for any input.
 
-#[path = "statistics/e_process.rs"]
 mod e_process;
-#[path = "statistics/grouped.rs"]
 mod grouped;
-#[path = "statistics/mean.rs"]
 mod mean;
 
 use proptest::prelude::*;

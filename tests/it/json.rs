@@ -1,5 +1,4 @@
 //! What `--json` writes is what docs/json.schema.json says: no field is missing, none is undocumented.
-#![cfg(feature = "cli")]
 
 use assert_cmd::cargo::cargo_bin;
 use serde_json::{Value, json};

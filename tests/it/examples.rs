@@ -3,22 +3,22 @@
 use warpcheck::verify::Verdict;
 
 #[allow(dead_code)]
-#[path = "../examples/anytime.rs"]
+#[path = "../../examples/anytime.rs"]
 mod anytime;
 #[allow(dead_code)]
-#[path = "../examples/deltas_and_rejection.rs"]
+#[path = "../../examples/deltas_and_rejection.rs"]
 mod deltas_and_rejection;
 #[allow(dead_code)]
-#[path = "../examples/domains.rs"]
+#[path = "../../examples/domains.rs"]
 mod domains;
 #[allow(dead_code)]
-#[path = "../examples/own_sampler.rs"]
+#[path = "../../examples/own_sampler.rs"]
 mod own_sampler;
 #[allow(dead_code)]
-#[path = "../examples/own_table.rs"]
+#[path = "../../examples/own_table.rs"]
 mod own_table;
 #[allow(dead_code)]
-#[path = "../examples/without_density.rs"]
+#[path = "../../examples/without_density.rs"]
 mod without_density;
 
 #[track_caller]

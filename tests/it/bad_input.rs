@@ -1,5 +1,4 @@
 //! Bad files, through the program: one sentence that names the file and the place in it, exit code 2, nothing written.
-#![cfg(feature = "cli")]
 
 use assert_cmd::cargo::cargo_bin;
 use std::fs;

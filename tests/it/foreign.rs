@@ -1,7 +1,5 @@
 //! Samplers that are not in Rust: right ones pass, broken ones fail, and whatever can't be judged gets a sentence that names the row.
 
-#![cfg(feature = "cli")]
-
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};

@@ -1,5 +1,4 @@
 //! The page: well-formed, whole, safe, and in the right order.
-#![cfg(feature = "cli")]
 
 use assert_cmd::cargo::cargo_bin;
 use glam::{Vec2, Vec3};

@@ -1,5 +1,4 @@
 //! Error against run time: the measures are those of what is known, and nothing but times depends on the machine.
-#![cfg(feature = "cli")]
 
 use assert_cmd::cargo::cargo_bin;
 use std::fs;

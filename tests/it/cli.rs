@@ -1,5 +1,4 @@
 //! The program as its users meet it: exit codes, the files that it leaves, what it says, Ctrl-C.
-#![cfg(feature = "cli")]
 
 use assert_cmd::cargo::cargo_bin;
 use serde_json::Value;

@@ -1,6 +1,5 @@
 //! Scenes: what ships loads with the counts that it should have, what is broken is refused with a sentence that says
 //! where, and the fast ray queries answer as the obvious ones do.
-#![cfg(feature = "render")]
 
 use glam::Vec3;
 use proptest::prelude::*;

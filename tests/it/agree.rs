@@ -1,7 +1,6 @@
 //! Strategies against one another: right ones don't differ whatever the seed, wrong ones do, and what can't be told is said to be so.
 //!
 //! Seeds are fixed, so a test passes always or never.
-#![cfg(feature = "cli")]
 
 use assert_cmd::cargo::cargo_bin;
 use glam::{DVec3, Vec3};
@@ -299,7 +298,7 @@ fn the_reference_of_the_plates_agrees() {
     against_the_reference(64, 80, 0.02);
 }
 
-/// `cargo test --release --test agree -- --ignored`: a few minutes.
+/// `cargo test --release --test it -- --ignored agree::`: a few minutes.
 #[test]
 #[ignore = "long: 2048 samples a pixel"]
 fn the_reference_of_the_plates_agrees_closely() {
