@@ -27,6 +27,6 @@ verify() { # verify NAME COUNT SAMPLER…
 }
 
 verify all "${SAMPLES:-100M}"
-verify core "${CORE_SAMPLES:-1G}" discrete/areas-teapot triangle light/teapot light/cornell-from-floor \
-    environment/spruit_sunrise_512
+verify core "${CORE_SAMPLES:-1G}" discrete/areas-teapot triangle/low-distortion light/cornell-from-floor \
+    environment/spruit_sunrise_512/uniform-v
 exit "$status"
