@@ -1,15 +1,17 @@
 """A Mitsuba 3 sampler as a program for `warpcheck check --sampler`. Usage: mitsuba_sampler.py KIND [ARGUMENT]
 
 KIND: envmap FILE | ggx ALPHA | ggx-all ALPHA | beckmann ALPHA | square-to-NAME (a warp, such as cosine_hemisphere)
+With --scalar at the end points go one by one through the scalar variant, which needs no LLVM.
 """
 import struct, sys
 import numpy as np
 import mitsuba as mi
 
-mi.set_variant("scalar_rgb" if "llvm_ad_rgb" not in mi.variants() or "--scalar" in sys.argv else "llvm_ad_rgb")
+scalar = "llvm_ad_rgb" not in mi.variants() or "--scalar" in sys.argv
+mi.set_variant("scalar_rgb" if scalar else "llvm_ad_rgb")
 import drjit as dr
 
-kind, argument = sys.argv[1], (sys.argv + [""])[2]
+kind, argument = (*[a for a in sys.argv[1:] if a != "--scalar"], "", "")[:2]
 domain, frame, density = "hemisphere", "z-up", True
 incoming = dr.normalize(mi.Vector3f(0.5, 0.2, 0.7))
 
@@ -19,13 +21,15 @@ if kind == "envmap":
     scene = mi.load_dict({"type": "scene", "emitter": emitter, "shape": {"type": "sphere"}})
     emitter = scene.environment()
 
+    def zeros(kind, like):
+        return kind() if scalar else dr.zeros(kind, dr.width(like))
+
     def sample(xi):
-        at = dr.zeros(mi.SurfaceInteraction3f, dr.width(xi))
-        direction, _ = emitter.sample_direction(at, xi)
+        direction, _ = emitter.sample_direction(zeros(mi.SurfaceInteraction3f, xi), xi)
         return direction.d, direction.pdf
 
     def pdf(w):
-        at, direction = dr.zeros(mi.SurfaceInteraction3f, dr.width(w)), dr.zeros(mi.DirectionSample3f, dr.width(w))
+        at, direction = zeros(mi.SurfaceInteraction3f, w), zeros(mi.DirectionSample3f, w)
         direction.d = w
         return emitter.pdf_direction(at, direction)
 elif kind in ("ggx", "ggx-all", "beckmann"):
@@ -54,6 +58,23 @@ else:
 
 numbers = 2 if domain == "disk" else 3
 point_type = mi.Point2f if domain == "disk" else mi.Vector3f
+
+
+def sample_all(xi):
+    if scalar:
+        answers = [sample(mi.Point2f(float(a), float(b))) for a, b in xi]
+        return np.array([[*map(float, point), float(density)] for point, density in answers])
+    points, densities = sample(mi.Point2f(xi.T))
+    points = np.array(points).T.reshape(-1, numbers)
+    return np.column_stack([points, np.broadcast_to(np.array(densities), len(points))])
+
+
+def pdf_all(points):
+    if scalar:
+        return np.array([float(pdf(point_type(*map(float, p)))) for p in points])
+    return np.broadcast_to(np.array(pdf(point_type(points.T))), len(points))
+
+
 print(f"warpcheck 1 domain={domain} frame={frame} dimensions=2", flush=True)
 below_one = np.nextafter(np.float32(1), np.float32(0))
 while line := sys.stdin.buffer.readline():
@@ -62,10 +83,8 @@ while line := sys.stdin.buffer.readline():
     rows = np.frombuffer(sys.stdin.buffer.read(8 * width * int(count)), "<f8").reshape(-1, width)
     if word == b"sample":
         # Mitsuba takes f32 variates in [0, 1): rounding must not reach 1.
-        points, densities = sample(mi.Point2f(np.minimum(rows.astype(np.float32), below_one).T))
-        points = np.array(points).T.reshape(-1, numbers)
-        answer = np.column_stack([points, np.broadcast_to(np.array(densities), len(points))])
+        answer = sample_all(np.minimum(rows.astype(np.float32), below_one))
     else:
-        answer = np.broadcast_to(np.array(pdf(point_type(rows.astype(np.float32).T))), len(rows))
+        answer = pdf_all(rows.astype(np.float32))
     sys.stdout.buffer.write(np.ascontiguousarray(answer, dtype="<f8").tobytes())
     sys.stdout.buffer.flush()
