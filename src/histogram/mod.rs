@@ -5,8 +5,8 @@
 //! the density that the sampler claims.
 
 use crate::domain::{Domain, Pixels, Space};
-use crate::random::{fill_unit, stream};
 use crate::pages::Pages;
+use crate::random::{fill_unit, stream};
 use crate::sampler::Sampler;
 use crate::verify::{Drawn, Settings};
 
@@ -170,20 +170,21 @@ impl Histogram {
         let batch = BATCH.max(FILLED * cells as u64 / SHARD).min(MOST);
         // Shards whose variates are sorted together.
         let per_sample = size_of::<f64>() * sampler.dimensions();
-        let together = if cells < MANY || per_sample == 0 { 1 } else { (HELD / per_sample) as u64 / SHARD };
+        let worth_it = cells >= MANY && settings.samples >= cells as u64 / 4 && per_sample > 0;
+        let together = if worth_it { ((HELD / per_sample) as u64 / SHARD).max(1) } else { 1 };
         let mut next = 0;
         while next < shards && !(settings.stopped() && next > 0) {
             let batch = batch.min(shards - next);
             let counted = crate::parallel::fold(
-                batch.div_ceil(together.max(1)) as usize,
+                batch.div_ceil(together) as usize,
                 || {
                     let sorted = together > 1;
                     let strata = sorted.then(|| Strata::new(together * SHARD, sampler.dimensions()));
                     (Counts::new(cells), strata)
                 },
                 |(counts, strata), i| {
-                    let first = next + i as u64 * together.max(1);
-                    let shards = first..(first + together.max(1)).min(next + batch);
+                    let first = next + i as u64 * together;
+                    let shards = first..(first + together).min(next + batch);
                     counts.draw(sampler, &pixels, settings, shards, strata);
                 },
                 |(total, _), (counts, _)| total.merge(counts),
