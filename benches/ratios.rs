@@ -3,27 +3,34 @@
 //! ```text
 //! cargo bench --bench ratios                       everything but growth, some minutes
 //! cargo bench --bench ratios -- discrete           a group
-//! GROWTH=docs/growth.svg cargo bench --bench ratios -- growth      cost against N, as a picture
+//! GROWTH=docs/growth.svg cargo bench --bench ratios -- growth      cost against N, texels, samples and threads, as a picture
+//! GROWTH_SAMPLES=1000000000 …                      … up to so many samples, and not 1e8
 //! ```
 //!
 //! Everybody takes raw bits of the same fast generator. Buffers are used again; an iteration draws 4096 samples. Times are CPU times of the
-//! thread (on Unix), so that a busy machine lengthens them by what it does to caches only.
+//! thread (on Unix), so that a busy machine lengthens them by what it does to caches only; those of histograms, which are drawn by several
+//! threads, are times on the wall.
 
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkGroup, Throughput};
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
+use plotters::coord::Shift;
 use plotters::prelude::*;
 use rand::distr::{Distribution, weighted::WeightedIndex};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{Rng, SeedableRng};
 use rand_distr::weighted::WeightedAliasIndex;
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 use warpcheck::estimator::Clock;
-use warpcheck::random::unit_f64;
+use warpcheck::histogram::Histogram;
+use warpcheck::random::{stream, unit_f64};
 use warpcheck::sampler::*;
+use warpcheck::verify::Settings;
 
 /// Samples an iteration.
 const SAMPLES: usize = 4096;
@@ -108,6 +115,19 @@ impl<'a> Bench<'a> {
         });
     }
 
+    /// A buffer of indices at a time.
+    fn indices(&mut self, name: &str, mut draw: impl FnMut(&mut Xoshiro256PlusPlus, &mut [u32])) {
+        let mut out = [0; 512];
+        self.measure(name, |rng| {
+            let mut sum = 0;
+            for _ in 0..SAMPLES / out.len() {
+                draw(rng, &mut out);
+                sum ^= u64::from(out.iter().fold(0, |a, b| a ^ b));
+            }
+            sum
+        });
+    }
+
     /// A buffer of pairs of variates at a time.
     fn pairs<T: Copy>(&mut self, name: &str, empty: T, mut fill: impl FnMut(&[[f64; 2]], &mut [T])) {
         let (mut xi, mut out) = ([[0.0; 2]; 512], [empty; 512]);
@@ -170,7 +190,8 @@ fn discrete(c: &mut Criterion) {
         }
         let alias = DiscreteAlias::from_cdf(cdf);
         bench.each("DiscreteAlias, single", |rng| alias.choose(unit_f64(rng)).index as u64);
-        bench.bits("DiscreteAlias", |bits, out| alias.indices(bits, out));
+        bench.bits("DiscreteAlias, bits", |bits, out| alias.indices(bits, out));
+        bench.indices("DiscreteAlias", |rng, out| alias.draw(rng, out));
     }
 }
 
@@ -215,7 +236,7 @@ impl Plain {
             .chunks(width)
             .enumerate()
             .map(|(row, texels)| {
-                let sine = (std::f64::consts::PI * (row as f64 + 0.5) / height as f64).sin();
+                let sine = (PI * (row as f64 + 0.5) / height as f64).sin();
                 sine * cdf(&mut texels.iter().map(|&t| luminance(t)), &mut conditionals)
             })
             .collect();
@@ -282,8 +303,8 @@ fn direction(c: &mut Criterion) {
     });
     bench.pairs("sin_cos", Vec3::ZERO, |xi, out| {
         out.iter_mut().zip(xi).for_each(|(w, &[u, v])| {
-            let (sin_phi, cos_phi) = (std::f64::consts::TAU * u).sin_cos();
-            let (sine, cosine) = (std::f64::consts::PI * v).sin_cos();
+            let (sin_phi, cos_phi) = (TAU * u).sin_cos();
+            let (sine, cosine) = (PI * v).sin_cos();
             *w = Vec3::new((sine * cos_phi) as f32, (sine * sin_phi) as f32, cosine as f32);
         });
     });
@@ -333,10 +354,108 @@ fn triangle(c: &mut Criterion) {
     buffers("low distortion", Box::new(|xi, out| TriangleWarp::LowDistortion.barycentric_all(xi, out)));
 }
 
-/// Cost against N.
-const GROWTH: [&str; 5] =
-    ["partition_point", "rand_distr WeightedAliasIndex", "DiscreteGuide", "DiscreteAlias", "floor"];
+/// Samples of a histogram of a map, one after the other, with angles, as everybody writes it first.
+fn plain_histogram(map: &Environment, width: usize, height: usize, samples: u64) -> Vec<u64> {
+    let threads = rayon::current_num_threads() as u64;
+    let count = |thread: u64| {
+        let mut rng = stream(1, "plain", thread);
+        let mut counts = vec![0_u64; width * height];
+        for _ in 0..samples / threads {
+            let w: DVec3 = map.sample([unit_f64(&mut rng), unit_f64(&mut rng)]).direction.as_dvec3();
+            let (theta, phi) = (w.z.clamp(-1.0, 1.0).acos(), w.y.atan2(w.x).rem_euclid(TAU));
+            let column = ((phi / TAU * width as f64) as usize).min(width - 1);
+            let row = ((theta / PI * height as f64) as usize).min(height - 1);
+            counts[row * width + column] += 1;
+        }
+        counts
+    };
+    let add = |mut a: Vec<u64>, b: Vec<u64>| {
+        a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+        a
+    };
+    (0..threads).into_par_iter().map(count).reduce_with(add).unwrap_or_default()
+}
 
+/// Nanoseconds a sample on so many threads: the median of some, but the first.
+fn wall(threads: usize, samples: u64, times: usize, mut work: impl FnMut(u64) -> u64 + Send) -> f64 {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+    let mut time = || {
+        let start = Instant::now();
+        black_box(pool.install(|| work(samples)));
+        start.elapsed().as_secs_f64() * 1e9 / samples as f64
+    };
+    if times > 1 {
+        time();
+    }
+    let mut all: Vec<f64> = (0..times).map(|_| time()).collect();
+    all.sort_by(f64::total_cmp);
+    all[times / 2]
+}
+
+/// Size of the map and of its histograms.
+const SIZE: (usize, usize) = (2048, 1024);
+
+/// What draws a histogram.
+enum Drawer {
+    Plain(Environment),
+    Ours(PackedEnvironment),
+}
+
+impl Drawer {
+    fn plain() -> Self {
+        Self::Plain(Environment::from_map(sky(SIZE.0, SIZE.1), RowWarp::UniformV).unwrap())
+    }
+
+    fn ours(form: Form) -> Self {
+        Self::Ours(PackedEnvironment::new(sky(SIZE.0, SIZE.1), RowWarp::UniformV, form).unwrap())
+    }
+
+    fn draw(&self, samples: u64) -> u64 {
+        match self {
+            Self::Plain(map) => plain_histogram(map, SIZE.0, SIZE.1, samples)[0],
+            Self::Ours(map) => {
+                let settings = Settings { samples, ..Settings::default() };
+                Histogram::draw(map, SIZE.0, SIZE.1, &settings).counts[0]
+            }
+        }
+    }
+
+    fn time(&self, threads: usize, samples: u64, times: usize) -> f64 {
+        wall(threads, samples, times, |samples| self.draw(samples))
+    }
+}
+
+/// Lines for the table.
+fn histograms() -> Vec<Ratio> {
+    const SAMPLES: u64 = 1 << 24;
+    let plain = Drawer::plain();
+    let theirs = [1, 2].map(|threads| plain.time(threads, SAMPLES, 3));
+    drop(plain);
+    let mut lines = Vec::new();
+    for (name, form) in [("guide", Form::Guide), ("alias", Form::Alias)] {
+        let ours = Drawer::ours(form);
+        for threads in [1, 2] {
+            lines.push(Ratio {
+                group: format!("histogram, {threads} threads"),
+                ours: name.into(),
+                here: ours.time(threads, SAMPLES, 5),
+                floor: f64::NAN,
+                theirs: "one at a time, with angles".into(),
+                there: theirs[threads - 1],
+                at_least: 6.0,
+            });
+        }
+    }
+    lines
+}
+
+/// A curve of the growth: its name, and its points.
+type Curve = (&'static str, Vec<(f64, f64)>);
+
+/// Sizes of maps, in rows.
+const HEIGHTS: [usize; 8] = [32, 64, 128, 256, 512, 1024, 2048, 4096];
+
+/// Cost against entries and texels.
 fn growth(c: &mut Criterion) {
     if std::env::var_os("GROWTH").is_none() {
         return;
@@ -355,8 +474,44 @@ fn growth(c: &mut Criterion) {
         bench.bits("DiscreteGuide", |bits, out| guide.indices(bits, out));
         drop(guide);
         let alias = DiscreteAlias::from_cdf(cdf);
-        bench.bits("DiscreteAlias", |bits, out| alias.indices(bits, out));
+        bench.indices("DiscreteAlias", |rng, out| alias.draw(rng, out));
     }
+    for height in HEIGHTS {
+        let map = Arc::new(sky(2 * height, height));
+        let mut bench = Bench::new(c, &format!("growth/{height} rows"), 250);
+        bench.pairs("floor", [0.0; 2], |xi, out| out.copy_from_slice(xi));
+        {
+            let plain = Plain::new(&map);
+            bench.pairs("two binary searches", [0.0; 2], |xi, out| {
+                out.iter_mut().zip(xi).for_each(|(uv, &xi)| *uv = plain.uv(xi));
+            });
+        }
+        for (name, form) in [("guide", Form::Guide), ("alias", Form::Alias)] {
+            let map = PackedEnvironment::new(map.clone(), RowWarp::UniformV, form).unwrap();
+            bench.pairs(name, [0.0; 2], |xi, out| map.uv_all(xi, out));
+        }
+    }
+}
+
+/// Cost of a histogram against samples and threads. The plain form costs the same for any number of samples, and is left out where it takes minutes.
+fn growth_of_histograms() -> Vec<Curve> {
+    let most = std::env::var("GROWTH_SAMPLES")
+        .map_or(100_000_000, |text| text.parse().expect("GROWTH_SAMPLES is no number"));
+    let counts = |most: u64| (4..).map(|k| 10_u64.pow(k)).take_while(move |&n| n <= most);
+    let curve = |drawer: &Drawer, threads: usize, most: u64| {
+        let times = |samples| if samples <= 1_000_000 { 5 } else { 1 };
+        counts(most).map(|n| (n as f64, drawer.time(threads, n, times(n)))).collect()
+    };
+    let plain = Drawer::plain();
+    let mut curves = vec![
+        ("one at a time, 1 thread", curve(&plain, 1, 10_000_000.min(most))),
+        ("one at a time, 2 threads", curve(&plain, 2, 10_000_000.min(most))),
+    ];
+    drop(plain);
+    let ours = Drawer::ours(Form::Guide);
+    curves.push(("Histogram, 1 thread", curve(&ours, 1, most)));
+    curves.push(("Histogram, 2 threads", curve(&ours, 2, most)));
+    curves
 }
 
 /// Whether the command line names other groups only: then nothing has to be built for this one.
@@ -378,18 +533,27 @@ fn nanoseconds(group: &str, name: &str, since: SystemTime) -> Option<f64> {
     Some(estimates["median"]["point_estimate"].as_f64()? / SAMPLES as f64)
 }
 
+/// A line of the table.
+struct Ratio {
+    group: String,
+    ours: String,
+    /// Nanoseconds a sample.
+    here: f64,
+    floor: f64,
+    theirs: String,
+    there: f64,
+    at_least: f64,
+}
+
 /// What has to be how many times faster than what.
-fn ratios(since: SystemTime) {
+fn ratios(since: SystemTime, others: Vec<Ratio>) {
     let mut lines = Vec::new();
     let mut line = |group: &str, ours: &str, theirs: &str, at_least: f64| {
         let of = |name: &str| nanoseconds(group, name, since);
-        if let (Some(a), Some(b)) = (of(ours), of(theirs)) {
+        if let (Some(here), Some(there)) = (of(ours), of(theirs)) {
             let floor = of("floor").unwrap_or(f64::NAN);
-            let said = if b / a >= at_least { "yes" } else { "NO" };
-            lines.push(format!(
-                "{group:<22} {ours:<18} {a:>8.2} {floor:>7.2}   {theirs:<30} {b:>8.2} {:>8.2} {at_least:>7.2}  {said}",
-                b / a
-            ));
+            let [group, ours, theirs] = [group, ours, theirs].map(String::from);
+            lines.push(Ratio { group, ours, here, floor, theirs, there, at_least });
         }
     };
     for k in [10, 16, 20, 24] {
@@ -411,63 +575,108 @@ fn ratios(since: SystemTime) {
     line("direction", "polynomial", "sin_cos", 3.0);
     line("triangle", "low distortion", "square root", 1.0 / 1.3);
     line("triangle", "low distortion", "low distortion as printed", 1.0);
+    lines.extend(others);
     if !lines.is_empty() {
         println!("\nns a sample, medians; times faster, and how many times are wanted");
         println!(
             "{:<22} {:<18} {:>8} {:>7}   {:<30} {:>8} {:>8} {:>7}",
             "group", "ours", "ns", "floor", "beside", "ns", "faster", "wanted"
         );
-        lines.iter().for_each(|line| println!("{line}"));
+    }
+    for Ratio { group, ours, here, floor, theirs, there, at_least } in lines {
+        let faster = there / here;
+        let said = if faster >= at_least { "yes" } else { "NO" };
+        println!(
+            "{group:<22} {ours:<18} {here:>8.2} {floor:>7.2}   {theirs:<30} {there:>8.2} {faster:>8.2} {at_least:>7.2}  {said}"
+        );
     }
 }
 
-/// The growth as an SVG.
-fn plot(file: &Path, since: SystemTime) -> Result<(), Box<dyn std::error::Error>> {
-    let curve = |name: &str| -> Vec<(f64, f64)> {
-        let at = |k: i32| Some((2.0_f64.powi(k), nanoseconds(&format!("growth/2^{k}"), name, since)?));
-        (4..=24).step_by(2).filter_map(at).collect()
+/// A panel of the plot, both axes logarithmic.
+fn panel<B: DrawingBackend>(
+    area: &DrawingArea<B, Shift>,
+    caption: &str,
+    x_name: &str,
+    curves: Vec<Curve>,
+) -> Result<(), Box<dyn std::error::Error>>
+where
+    B::ErrorType: 'static,
+{
+    const COLOURS: [RGBColor; 5] = [
+        RGBColor(204, 121, 167),
+        RGBColor(213, 94, 0),
+        RGBColor(0, 114, 178),
+        RGBColor(0, 158, 115),
+        RGBColor(90, 90, 90),
+    ];
+    let range = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)))
     };
-    let curves = GROWTH.map(curve);
-    let most = curves.iter().flatten().map(|p| p.1).fold(1.0, f64::max);
-    if curves.iter().any(Vec::is_empty) {
+    let points = || curves.iter().flat_map(|(_, points)| points);
+    let (left, right) = range(&mut points().map(|p| p.0));
+    let (low, high) = range(&mut points().map(|p| p.1));
+    // Room for the names.
+    let top = high * (high / low).powf(0.55) * 1.5;
+    let font = |size: i32| ("sans-serif", size).into_font();
+    let power = |x: &f64| match x.log10().round() {
+        k if k < 4.0 => format!("{x}"),
+        k => format!("1e{k}"),
+    };
+    let mut chart = ChartBuilder::on(area)
+        .caption(caption, font(17))
+        .margin(10)
+        .x_label_area_size(44)
+        .y_label_area_size(58)
+        .build_cartesian_2d((left..right).log_scale(), (low / 1.5..top).log_scale())?;
+    chart
+        .configure_mesh()
+        .x_desc(x_name)
+        .y_desc("ns a sample")
+        .label_style(font(13))
+        .axis_desc_style(font(15))
+        .light_line_style(WHITE)
+        .x_label_formatter(&power)
+        .y_label_formatter(&power)
+        .draw()?;
+    for ((name, points), colour) in curves.into_iter().zip(COLOURS) {
+        chart
+            .draw_series(LineSeries::new(points, colour.stroke_width(3)).point_size(2))?
+            .label(name)
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(3)));
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperLeft)
+        .label_font(font(14))
+        .background_style(WHITE.mix(0.8))
+        .draw()?;
+    Ok(())
+}
+
+/// The growth as an SVG.
+fn plot(file: &Path, since: SystemTime, histograms: Vec<Curve>) -> Result<(), Box<dyn std::error::Error>> {
+    let entries =
+        ["partition_point", "rand_distr WeightedAliasIndex", "DiscreteGuide", "DiscreteAlias", "floor"];
+    let entries = entries.map(|name| {
+        let at = |k: i32| Some((2.0_f64.powi(k), nanoseconds(&format!("growth/2^{k}"), name, since)?));
+        (name, (4..=24).step_by(2).filter_map(at).collect::<Vec<_>>())
+    });
+    let texels = ["two binary searches", "guide", "alias", "floor"].map(|name| {
+        let time = |height| nanoseconds(&format!("growth/{height} rows"), name, since);
+        let at = |&height: &usize| Some(((2 * height * height) as f64, time(height)?));
+        (name, HEIGHTS.iter().filter_map(at).collect::<Vec<_>>())
+    });
+    if entries.iter().chain(&texels).chain(&histograms).any(|(_, points)| points.is_empty()) {
         return Ok(());
     }
     let mut text = String::new();
     {
-        let root = SVGBackend::with_string(&mut text, (900, 520)).into_drawing_area();
+        let root = SVGBackend::with_string(&mut text, (1290, 430)).into_drawing_area();
         root.fill(&WHITE)?;
-        let font = |size: i32| ("sans-serif", size).into_font();
-        let mut chart = ChartBuilder::on(&root)
-            .caption("one index out of N: cost against N", font(20))
-            .margin(12)
-            .margin_right(230)
-            .x_label_area_size(48)
-            .y_label_area_size(64)
-            .build_cartesian_2d((16.0..2.0_f64.powi(24)).log_scale(), (0.5..2.0 * most).log_scale())?;
-        chart
-            .configure_mesh()
-            .x_desc("N")
-            .y_desc("ns a sample, one thread")
-            .label_style(font(14))
-            .axis_desc_style(font(16))
-            .light_line_style(WHITE)
-            .x_label_formatter(&|x| format!("{x:.0}"))
-            .y_label_formatter(&|y| format!("{y}"))
-            .draw()?;
-        let colours = [
-            RGBColor(204, 121, 167),
-            RGBColor(213, 94, 0),
-            RGBColor(0, 114, 178),
-            RGBColor(0, 158, 115),
-            RGBColor(90, 90, 90),
-        ];
-        for ((name, points), colour) in GROWTH.iter().zip(curves).zip(colours) {
-            let end = points[points.len() - 1];
-            chart.draw_series(LineSeries::new(points, colour.stroke_width(3)))?;
-            chart
-                .plotting_area()
-                .draw(&(EmptyElement::at(end) + Text::new(*name, (8, -8), font(15).color(&colour))))?;
-        }
+        let areas = root.split_evenly((1, 3));
+        panel(&areas[0], "an index out of N", "N", entries.into())?;
+        panel(&areas[1], "(u, v) of a map", "texels, 64 x 32 to 8192 x 4096", texels.into())?;
+        panel(&areas[2], "histogram of a map of 2048 x 1024", "samples", histograms)?;
         root.present()?;
     }
     let unfinished = file.with_extension("svg.part");
@@ -496,9 +705,9 @@ fn main() {
         }
     }
     criterion.final_summary();
-    ratios(since);
-    if let Some(file) = std::env::var_os("GROWTH")
-        && let Err(error) = plot(Path::new(&file), since)
+    ratios(since, if is_left_out("histogram") { Vec::new() } else { histograms() });
+    if let Some(file) = std::env::var_os("GROWTH").filter(|_| !is_left_out("growth"))
+        && let Err(error) = plot(Path::new(&file), since, growth_of_histograms())
     {
         eprintln!("{}: {error}", Path::new(&file).display());
         std::process::exit(2);

@@ -1,34 +1,24 @@
-//! Histograms and estimators beside what they can't be faster than.
+//! Estimators beside what they can't be faster than.
 //!
 //! ```text
 //! cargo bench --bench rendering                    some minutes; ends with a table
-//! cargo bench --bench rendering -- histogram       a group
+//! cargo bench --bench rendering -- rays            a group
 //! ```
 //!
-//! - `histogram`: 2^24 samples of a map of 2048 x 1024 texels into as many pixels, on all threads: one sample at a time with angles by `atan2`, as
-//!   everybody writes it first, and [`Histogram::draw`].
 //! - `rays`: camera rays and the diffuse bounces behind them, one thread: the ray library alone (`obvhs`, its eight-wide tree, its own triangle test), our
 //!   tree with the watertight test, and a pass of the strategy `brdf`, which shoots such rays and does all the rest.
 
 use criterion::Criterion;
-use glam::{DVec3, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use obvhs::ray::RayHit;
 use obvhs::{BvhBuildParams, cwbvh::builder::build_cwbvh_from_tris, triangle::Triangle};
-use rand::rngs::Xoshiro256PlusPlus;
-use rand::{Rng, SeedableRng};
-use rayon::prelude::*;
-use std::f64::consts::{PI, TAU};
 use std::hint::black_box;
 use std::path::Path;
 use std::time::{Duration, Instant};
 use warpcheck::estimator::{Integrator, LightSampling, Plan, Strategy, VARIATES};
-use warpcheck::histogram::Histogram;
 use warpcheck::random::{fill_unit, stream, unit_f64};
 use warpcheck::sampler::*;
 use warpcheck::scene::{Ray, RayQueries, Scene, offset_origin, offset_unit};
-use warpcheck::verify::Settings;
-
-const SAMPLES: u64 = 1 << 24;
 
 /// Seconds, the least of some: what others do on the machine only adds.
 fn least<T>(times: usize, mut work: impl FnMut() -> T) -> f64 {
@@ -38,71 +28,6 @@ fn least<T>(times: usize, mut work: impl FnMut() -> T) -> f64 {
         start.elapsed().as_secs_f64()
     };
     (0..times).map(|_| time()).fold(f64::INFINITY, f64::min)
-}
-
-/// A sky, a dark ground, a sun; no map of this size ships.
-fn sky(width: usize, height: usize) -> RadianceMap {
-    let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
-    let texels = (0..width * height)
-        .map(|i| {
-            let (column, row) = (i % width, i / width);
-            let base = if 2 * row < height { 1.0 } else { 0.05 };
-            let grain = (rng.next_u32() >> 8) as f32 / 16_777_216.0;
-            let sun = column.abs_diff(width / 3).max(row.abs_diff(height / 4)) * 400 < width;
-            [base * (0.5 + grain) + if sun { 2000.0 } else { 0.0 }; 3]
-        })
-        .collect();
-    RadianceMap::new(width, height, texels).expect("a map")
-}
-
-/// One sample after the other, with angles.
-fn plain(map: &Environment, width: usize, height: usize) -> Vec<u64> {
-    let threads = rayon::current_num_threads() as u64;
-    let count = |thread: u64| {
-        let mut rng = stream(1, "plain", thread);
-        let mut counts = vec![0_u64; width * height];
-        for _ in 0..SAMPLES / threads {
-            let mut xi = [0.0; 2];
-            fill_unit(&mut rng, &mut xi);
-            let w: DVec3 = map.sample(xi).direction.as_dvec3();
-            let (theta, phi) = (w.z.clamp(-1.0, 1.0).acos(), w.y.atan2(w.x).rem_euclid(TAU));
-            let column = ((phi / TAU * width as f64) as usize).min(width - 1);
-            let row = ((theta / PI * height as f64) as usize).min(height - 1);
-            counts[row * width + column] += 1;
-        }
-        counts
-    };
-    let add = |mut a: Vec<u64>, b: Vec<u64>| {
-        a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-        a
-    };
-    (0..threads).into_par_iter().map(count).reduce_with(add).unwrap_or_default()
-}
-
-fn histogram(c: &mut Criterion, table: &mut Vec<String>) {
-    let (width, height) = (2048, 1024);
-    let map = sky(width, height);
-    let guide = PackedEnvironment::new(map.clone(), RowWarp::UniformV, Form::Ordered).expect("tables");
-    let alias = PackedEnvironment::new(map.clone(), RowWarp::UniformV, Form::Unordered).expect("tables");
-    let baseline = Environment::from_map(map, RowWarp::UniformV).expect("tables");
-    let settings = Settings { samples: SAMPLES, ..Settings::default() };
-    let ours = |map: &PackedEnvironment| Histogram::draw(map, width, height, &settings).counts[0];
-    let mut group = c.benchmark_group("histogram");
-    group.warm_up_time(Duration::from_millis(1)).sample_size(10).measurement_time(Duration::from_secs(3));
-    group.bench_function("one at a time, angles", |b| b.iter(|| plain(&baseline, width, height)[0]));
-    group.bench_function("guide", |b| b.iter(|| ours(&guide)));
-    group.bench_function("alias", |b| b.iter(|| ours(&alias)));
-    group.finish();
-    let per_sample = 1e9 / SAMPLES as f64;
-    let theirs = per_sample * least(3, || plain(&baseline, width, height));
-    for (name, map) in [("guide", &guide), ("alias", &alias)] {
-        let time = per_sample * least(5, || ours(map));
-        table.push(format!(
-            "histogram, {name}: {time:.1} ns a sample on {} threads, {theirs:.1} one at a time: {:.1} times faster",
-            rayon::current_num_threads(),
-            theirs / time
-        ));
-    }
 }
 
 /// Camera rays, and a diffuse bounce from where they hit.
@@ -198,9 +123,6 @@ fn main() {
     let named: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let wanted = |group: &str| named.is_empty() || named.iter().any(|name| group.starts_with(name.as_str()));
     let mut table = Vec::new();
-    if wanted("histogram") {
-        histogram(&mut criterion, &mut table);
-    }
     if wanted("rays") {
         rays(&mut criterion, &mut table);
     }

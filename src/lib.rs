@@ -43,6 +43,7 @@ pub mod fault;
 pub mod foreign;
 pub mod histogram;
 pub mod oracle;
+mod pages;
 mod parallel;
 #[cfg(feature = "pictures")]
 pub mod picture;

@@ -1,6 +1,6 @@
 //! `warpcheck agree`: strategies against one another and against a reference.
 
-use super::common::{self, DEFAULT_OUT, OutputFolder, ReportArgument, print};
+use super::common::{self, DEFAULT_OUT, LightArguments, OutputFolder, ReportArgument, print};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -17,10 +17,12 @@ use warpcheck::scene::Scene;
 pub struct Arguments {
     /// The scene file (TOML)
     scene: PathBuf,
-    /// Strategies, separated by commas [default: brdf, light, mis:0.5, uniform]
+    /// Strategies, separated by commas [default: brdf, light, mis:0.5, mis-two]
     #[arg(long, value_delimiter = ',')]
     strategy: Vec<Strategy>,
-    /// Also compare with a picture (EXR, HDR), or with means and errors of blocks (JSON, see data/reference)
+    #[command(flatten)]
+    lights: LightArguments,
+    /// Also compare with a picture (EXR, HDR), which is taken as exact, or with means and errors of blocks (JSON, see data/reference)
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
     /// Samples a pixel
@@ -49,8 +51,8 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let scene = Scene::load(&arguments.scene)?;
-    let lights = Lights::load(&scene)?;
+    let scene = arguments.lights.scene(&arguments.scene)?;
+    let lights = Lights::load_with(&scene, arguments.lights.sampling())?;
     let strategies = common::or(&arguments.strategy, &Experiment::default().strategies);
     let reference =
         arguments.reference.as_deref().map(|file| reference(&scene, file, arguments.tile)).transpose()?;

@@ -70,7 +70,7 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// How a scene is lit: what `render` and `plan` have in common.
+/// How a scene is lit: what `render`, `plan`, `converge` and `agree` have in common.
 #[derive(clap::Args)]
 pub struct LightArguments {
     /// How triangles of the emitters are selected: area, power or power/d2

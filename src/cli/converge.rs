@@ -1,6 +1,6 @@
 //! `warpcheck converge`: error against run time, strategy by strategy.
 
-use super::common::{self, DEFAULT_OUT, OutputFolder, ReportArgument, print};
+use super::common::{self, DEFAULT_OUT, LightArguments, OutputFolder, ReportArgument, print};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -22,6 +22,8 @@ pub struct Arguments {
     /// Strategies, separated by commas [default: brdf, light, mis:0.5, mis-two]
     #[arg(long, value_delimiter = ',')]
     strategy: Vec<Strategy>,
+    #[command(flatten)]
+    lights: LightArguments,
     /// Independent pictures of each strategy
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..=1000), allow_negative_numbers = true)]
     seeds: u32,
@@ -58,8 +60,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 /// With what was found put onto a page of somebody else's, if there is one.
 pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> {
     let clock = Clock::start();
-    let scene = Scene::load(&arguments.scene)?;
-    let lights = Lights::load(&scene)?;
+    let scene = arguments.lights.scene(&arguments.scene)?;
+    let lights = Lights::load_with(&scene, arguments.lights.sampling())?;
     let setup = clock.read();
     let default = Experiment::default();
     let truth = match &arguments.reference {

@@ -44,7 +44,7 @@ impl LatLong {
 fn find(edges: &[DVec2], share: f64, v: DVec2) -> usize {
     let count = edges.len() - 1;
     // Nobody's guess for NaN: the first.
-    let mut k = ((share * count as f64) as usize).min(count - 1);
+    let mut k = ((share * count as f64) as u32 as usize).min(count - 1);
     let passed = |edge: DVec2| edge.perp_dot(v) >= 0.0;
     // The first and the last edge are no matter of sides: for columns they are the same.
     while k > 0 && !passed(edges[k]) {

@@ -30,8 +30,8 @@ impl Pixels {
         if x.is_nan() {
             return None;
         }
-        let column = ((x * self.width as f64) as usize).min(self.width - 1);
-        let row = ((y * self.height as f64) as usize).min(self.height - 1);
+        let column = ((x * self.width as f64) as u32 as usize).min(self.width - 1);
+        let row = ((y * self.height as f64) as u32 as usize).min(self.height - 1);
         Some(row * self.width + column)
     }
 

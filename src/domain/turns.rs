@@ -34,14 +34,18 @@ pub(crate) fn sin_cos(turn: f64) -> (f64, f64) {
 /// atan of a ratio up to 1 by Abramowitz and Stegun, 4.4.49.
 #[inline(always)]
 pub(crate) fn about(y: f64, x: f64) -> f64 {
-    let (long, short) = (x.abs().max(y.abs()), x.abs().min(y.abs()));
-    let a = short / long.max(f64::MIN_POSITIVE);
+    // Where directions fall is not to be predicted: signs are copied, and `max` need not care for NaN.
+    let larger = |a: f64, b: f64| if a > b { a } else { b };
+    let smaller = |a: f64, b: f64| if a < b { a } else { b };
+    let (long, short) = (larger(x.abs(), y.abs()), smaller(x.abs(), y.abs()));
+    let a = short / larger(long, f64::MIN_POSITIVE);
     let b = a * a;
     let atan = a * (0.999_866 + b * (-0.330_299_5 + b * (0.180_141 + b * (-0.085_133 + b * 0.020_835_1))));
     let eighth = atan * (0.5 * std::f64::consts::FRAC_1_PI);
-    let quarter = if y.abs() > x.abs() { 0.25 - eighth } else { eighth };
-    let half = if x < 0.0 { 0.5 - quarter } else { quarter };
-    if y < 0.0 { 1.0 - half } else { half }
+    let quarter = 0.125 - (0.125 - eighth).copysign(x.abs() - y.abs());
+    let half = 0.25 - (0.25 - quarter).copysign(x);
+    // -0 is no less than 0.
+    0.5 - (0.5 - half).copysign(y + 0.0)
 }
 
 #[cfg(test)]

@@ -5,8 +5,9 @@
 //! the density that the sampler claims.
 
 use crate::domain::{Domain, Pixels, Space};
+use crate::pages::Pages;
 use crate::random::{fill_unit, stream};
-use crate::sampler::{Sampler, fill_vec};
+use crate::sampler::Sampler;
 use crate::verify::{Drawn, Settings};
 
 const SHARD: u64 = 1 << 16;
@@ -17,41 +18,104 @@ const FILLED: u64 = 16;
 /// … and no more than a count of 32 bits holds.
 const MOST: u64 = u32::MAX as u64 / SHARD;
 /// Samples that are drawn at a time.
-const CHUNK: usize = 1024;
+const CHUNK: usize = 256;
+/// Pixels from which on variates are sorted: their counts don't fit into the cache next to a processor.
+const MANY: usize = 1 << 17;
+/// Strata of the first variate that they are sorted into, …
+const STRATA: usize = 128;
+/// … and bytes of variates that a thread holds for it.
+const HELD: usize = 1 << 23;
 /// Sub-pixels along an axis that measure how much of a pixel the domain covers.
 const COVERAGE: usize = 4;
 
 /// Counts of one thread: half as wide as those that are kept, since they are hit in no order and caches are small.
 struct Counts {
-    pixels: Vec<u32>,
+    pixels: Pages<u32>,
     samples: u64,
     rejected: u64,
     outside: u64,
 }
 
+/// Variates of samples, by strata of the first one. It is what selects rows and entries, so that the samples of one stratum read the same part of the
+/// sampler's tables and, unless it loses order, fall into the same part of the picture; and nobody asks in which order samples were counted.
+struct Strata {
+    xi: Pages<f64>,
+    /// Numbers that a stratum has place for, …
+    most: usize,
+    /// … and holds.
+    held: [usize; STRATA],
+}
+
+impl Strata {
+    /// For so many samples.
+    fn new(samples: u64, dimensions: usize) -> Self {
+        // A sixteenth more: four standard deviations of half a million samples.
+        let most = (samples as usize / STRATA * 17 / 16) * dimensions;
+        Self { xi: Pages::zeros(STRATA * most), most, held: [0; STRATA] }
+    }
+}
+
 impl Counts {
     fn new(cells: usize) -> Self {
-        Self { pixels: vec![0; cells], samples: 0, rejected: 0, outside: 0 }
+        Self { pixels: Pages::zeros(cells), samples: 0, rejected: 0, outside: 0 }
     }
 
-    fn draw<S: Sampler>(&mut self, sampler: &S, pixels: &Pixels, seed: u64, shard: u64, count: u64) {
+    /// The samples of some shards.
+    fn draw<S: Sampler>(
+        &mut self,
+        sampler: &S,
+        pixels: &Pixels,
+        settings: &Settings,
+        shards: std::ops::Range<u64>,
+        strata: &mut Option<Strata>,
+    ) {
+        let dimensions = sampler.dimensions();
+        let mut buffer = vec![0.0; dimensions * CHUNK];
+        for shard in shards {
+            let mut rng = stream(settings.seed, "histogram", shard);
+            let mut left = SHARD.min(settings.samples - shard * SHARD) as usize;
+            self.samples += left as u64;
+            while left > 0 {
+                let drawn = left.min(CHUNK);
+                left -= drawn;
+                let xi = &mut buffer[..drawn * dimensions];
+                fill_unit(&mut rng, xi);
+                let Some(Strata { xi: strata, most, held }) = strata else {
+                    self.count(sampler, pixels, xi);
+                    continue;
+                };
+                for xi in xi.chunks_exact(dimensions) {
+                    let i = ((xi[0] * STRATA as f64) as u32 as usize).min(STRATA - 1);
+                    if held[i] == *most {
+                        self.count(sampler, pixels, &strata[i * *most..][..held[i]]);
+                        held[i] = 0;
+                    }
+                    strata[i * *most + held[i]..][..dimensions].copy_from_slice(xi);
+                    held[i] += dimensions;
+                }
+            }
+        }
+        if let Some(Strata { xi, most, held }) = strata {
+            for (i, held) in held.iter_mut().enumerate() {
+                self.count(sampler, pixels, &xi[i * *most..][..*held]);
+                *held = 0;
+            }
+        }
+    }
+
+    /// The samples of these variates.
+    fn count<S: Sampler>(&mut self, sampler: &S, pixels: &Pixels, xi: &[f64]) {
         let (domain, dimensions) = (sampler.domain(), sampler.dimensions());
-        let mut rng = stream(seed, "histogram", shard);
-        let mut xi = vec![0.0; dimensions * CHUNK];
-        let mut samples = Vec::with_capacity(CHUNK);
-        self.samples += count;
-        let mut left = count as usize;
-        while left > 0 {
-            let drawn = left.min(CHUNK);
-            left -= drawn;
-            let xi = &mut xi[..drawn * dimensions];
-            fill_unit(&mut rng, xi);
-            fill_vec(sampler, xi, &mut samples);
-            for sample in &samples {
-                match sample.as_ref().map(|sample| domain.pixel(pixels, &sample.point)) {
+        let counts = &mut *self.pixels;
+        let mut points = [const { None }; CHUNK];
+        for xi in xi.chunks((dimensions * CHUNK).max(1)) {
+            let points = &mut points[..xi.len() / dimensions.max(1)];
+            sampler.fill_points(xi, points);
+            for point in points {
+                match point.as_ref().map(|point| domain.pixel(pixels, point)) {
                     None => self.rejected += 1,
                     Some(Err(_)) => self.outside += 1,
-                    Some(Ok(Some(pixel))) => self.pixels[pixel] += 1,
+                    Some(Ok(Some(pixel))) => counts[pixel] += 1,
                     // An atom: its mass has no place in the picture.
                     Some(Ok(None)) => {}
                 }
@@ -60,7 +124,7 @@ impl Counts {
     }
 
     fn merge(&mut self, other: Self) {
-        self.pixels.iter_mut().zip(&other.pixels).for_each(|(a, b)| *a += b);
+        self.pixels.iter_mut().zip(&*other.pixels).for_each(|(a, b)| *a += b);
         self.samples += other.samples;
         self.rejected += other.rejected;
         self.outside += other.outside;
@@ -104,20 +168,28 @@ impl Histogram {
         let shards = settings.samples.div_ceil(SHARD);
         // Adding up the threads' counts must cost less than filling them.
         let batch = BATCH.max(FILLED * cells as u64 / SHARD).min(MOST);
+        // Shards whose variates are sorted together.
+        let per_sample = size_of::<f64>() * sampler.dimensions();
+        let worth_it = cells >= MANY && settings.samples >= cells as u64 / 4 && per_sample > 0;
+        let together = if worth_it { ((HELD / per_sample) as u64 / SHARD).max(1) } else { 1 };
         let mut next = 0;
         while next < shards && !(settings.stopped() && next > 0) {
             let batch = batch.min(shards - next);
             let counted = crate::parallel::fold(
-                batch as usize,
-                || Counts::new(cells),
-                |counts, i| {
-                    let shard = next + i as u64;
-                    let samples = SHARD.min(settings.samples - shard * SHARD);
-                    counts.draw(sampler, &pixels, settings.seed, shard, samples);
+                batch.div_ceil(together) as usize,
+                || {
+                    let sorted = together > 1;
+                    let strata = sorted.then(|| Strata::new(together * SHARD, sampler.dimensions()));
+                    (Counts::new(cells), strata)
                 },
-                Counts::merge,
+                |(counts, strata), i| {
+                    let first = next + i as u64 * together;
+                    let shards = first..(first + together).min(next + batch);
+                    counts.draw(sampler, &pixels, settings, shards, strata);
+                },
+                |(total, _), (counts, _)| total.merge(counts),
             );
-            total.add(&counted);
+            total.add(&counted.0);
             next += batch;
             if let Some(progress) = &settings.progress {
                 progress(Drawn { samples: total.samples, of: settings.samples });
@@ -127,7 +199,7 @@ impl Histogram {
     }
 
     fn add(&mut self, other: &Counts) {
-        self.counts.iter_mut().zip(&other.pixels).for_each(|(a, &b)| *a += u64::from(b));
+        self.counts.iter_mut().zip(&*other.pixels).for_each(|(a, &b)| *a += u64::from(b));
         self.samples += other.samples;
         self.rejected += other.rejected;
         self.outside += other.outside;

@@ -133,6 +133,27 @@ pub trait Sampler: Sync {
         }
     }
 
+    /// The points of [`fill`](Self::fill), without their densities, for what only counts where samples fall. Samplers that would read
+    /// a table for the density override it; the points are the same to the last bit.
+    ///
+    /// ```
+    /// use warpcheck::sampler::{DiscreteAlias, Sampler};
+    /// let table = DiscreteAlias::new(&[1.0, 2.0, 3.0])?;
+    /// let mut points = [None; 3];
+    /// table.fill_points(&[0.1, 0.9, 0.5], &mut points);
+    /// assert_eq!(points[1], table.sample(&[0.9]).map(|sample| sample.point));
+    /// # Ok::<(), warpcheck::sampler::Error>(())
+    /// ```
+    ///
+    /// # Panics
+    /// If `xi` has another length.
+    fn fill_points(&self, xi: &[f64], points: &mut [Option<PointOf<Self>>]) {
+        let mut samples = Vec::new();
+        samples.resize_with(points.len(), || None);
+        self.fill(xi, &mut samples);
+        points.iter_mut().zip(samples).for_each(|(point, sample)| *point = sample.map(|sample| sample.point));
+    }
+
     /// The density at a point, per the domain's measure.
     fn density(&self, point: &PointOf<Self>) -> f64;
 
@@ -228,6 +249,10 @@ impl<S: Sampler + ?Sized> Sampler for $pointer {
 
     fn fill(&self, xi: &[f64], samples: &mut [Option<Sample<PointOf<Self>>>]) {
         (**self).fill(xi, samples);
+    }
+
+    fn fill_points(&self, xi: &[f64], points: &mut [Option<PointOf<Self>>]) {
+        (**self).fill_points(xi, points);
     }
 
     fn density(&self, point: &PointOf<Self>) -> f64 {

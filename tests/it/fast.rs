@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec2, Vec3};
 use rand::Rng;
 use std::sync::Arc;
-use warpcheck::domain::{Domain, Sphere};
+use warpcheck::domain::{Domain, Pixels, Sphere};
+use warpcheck::histogram::Histogram;
 use warpcheck::random::{fill_unit, stream, unit_f64};
 use warpcheck::sampler::*;
 use warpcheck::verify;
@@ -400,4 +401,79 @@ fn the_default_batch_is_scalar() {
     for (xi, sample) in xi.chunks(2).zip(samples) {
         assert_eq!(sample, Sampler::sample(&warp, xi));
     }
+}
+
+/// Points alone are those of the samples, to the last bit.
+#[test]
+fn points_alone_are_those_of_samples() {
+    fn same<S: Sampler>(name: &str, sampler: &S, count: usize)
+    where
+        <S::Domain as Domain>::Point: PartialEq,
+    {
+        let mut xi = vec![0.0; count * sampler.dimensions()];
+        fill_unit(&mut stream(13, name, 0), &mut xi);
+        xi[0] = 0.0;
+        xi[count - 1] = 1.0_f64.next_down();
+        let (mut samples, mut points) = (vec![None; count], vec![None; count]);
+        sampler.fill(&xi, &mut samples);
+        (&sampler).fill_points(&xi, &mut points);
+        for (sample, point) in samples.into_iter().zip(points) {
+            assert_eq!(point, sample.map(|sample| sample.point), "{name}");
+        }
+    }
+    for (name, weights) in kinds() {
+        for form in [Form::Cdf, Form::Guide, Form::Alias] {
+            same(name, &DiscreteTable::new(&weights, form).unwrap(), 1003);
+        }
+    }
+    for rows in ROWS {
+        for form in FORMS {
+            for (width, height) in [(64, 32), (7, 3), (33, 5)] {
+                let map = PackedEnvironment::new(sky(width, height), rows, form).unwrap();
+                same(&format!("{rows:?} {form:?} {width}"), &map, 1003);
+            }
+        }
+    }
+    same("scalar", &BarycentricWarp::new(TriangleWarp::LowDistortion, 2.0).unwrap(), 100);
+}
+
+/// What a generator's numbers choose is what `indices` makes of them, in the caches and beyond.
+#[test]
+fn draws_are_the_indices_of_a_generators_numbers() {
+    let large = ("large", uneven(100_000));
+    for (name, weights) in kinds().into_iter().chain([large]) {
+        let table = DiscreteAlias::new(&weights).unwrap();
+        for count in [0, 1, 7, 8, 1003] {
+            let (mut rng, mut drawn, mut same) = (stream(14, name, 0), vec![0; count], vec![0; count]);
+            table.draw(&mut rng.clone(), &mut drawn);
+            let bits: Vec<u64> = (0..count).map(|_| rng.next_u64()).collect();
+            table.indices(&bits, &mut same);
+            assert_eq!(drawn, same, "{name} {count}");
+            for (bits, index) in bits.into_iter().zip(drawn) {
+                let xi = (bits >> 11) as f64 / 9_007_199_254_740_992.0;
+                assert_eq!(table.choose(xi).index, index as usize, "{name}");
+            }
+        }
+    }
+}
+
+/// Counts of many pixels, for which variates are sorted, are those of samples drawn one by one.
+#[test]
+fn sorted_variates_count_like_others() {
+    let map = PackedEnvironment::new(sky(64, 32), RowWarp::UniformV, Form::Guide).unwrap();
+    let settings = Settings { samples: 200_003, seed: 15, ..Settings::default() };
+    let (width, height) = (768, 384);
+    let histogram = Histogram::draw(&map, width, height, &settings);
+    let (mut counts, pixels) = (vec![0; width * height], Pixels::new(width, height));
+    for shard in 0..settings.samples.div_ceil(1 << 16) {
+        let mut rng = stream(settings.seed, "histogram", shard);
+        for _ in shard << 16..settings.samples.min((shard + 1) << 16) {
+            let mut xi = [0.0; 2];
+            fill_unit(&mut rng, &mut xi);
+            let point = Sampler::sample(&map, &xi).unwrap().point;
+            counts[Sphere.pixel(&pixels, &point).unwrap().unwrap()] += 1;
+        }
+    }
+    assert_eq!(histogram.counts, counts);
+    assert_eq!(histogram.samples, settings.samples);
 }

@@ -13,11 +13,17 @@
 //! and excess meet follows from their running sums alone, so that every piece of the table can be made by itself: in parallel, the same bits on any
 //! number of threads, without any further memory.
 
-use super::{BATCH, Choice, DiscreteCdf, STEPS, in_batches, position_of, step_of};
+use super::{BATCH, Choice, DiscreteCdf, STEPS, in_batches, position_of, step_at, step_of};
+use crate::pages::Pages;
 use crate::parallel;
 use crate::random::ONE_MINUS_EPSILON_F64;
 use crate::sampler::Error;
+use rand::Rng;
 
+/// Bytes of cells that are near enough for nobody to wait for them.
+const CACHED: usize = 1 << 18;
+/// Steps searched together where only the index is wanted: what fits into registers.
+const FEW: usize = 8;
 /// Cells made by one task.
 const PIECE: usize = 1 << 14;
 
@@ -68,7 +74,7 @@ impl DiscreteAlias {
     /// The entry for a variate in `[0, 1)`. What lies outside is moved to the nearest end, NaN to 0.
     #[inline]
     pub fn choose(&self, xi: f64) -> Choice {
-        let (index, rest) = self.cells.choose(position_of(xi) as u64);
+        let (index, rest) = self.cells.choose(step_at(position_of(xi)));
         Choice { index, mass: self.cdf.mass(index), rest }
     }
 
@@ -78,8 +84,35 @@ impl DiscreteAlias {
     /// If the slices differ in length.
     pub fn indices(&self, bits: &[u64], out: &mut [u32]) {
         assert_eq!(bits.len(), out.len(), "as many bits as indices");
-        let index = |bits| self.cells.index(step_of(bits));
-        in_batches::<BATCH, _, _>(bits, out, |bits| bits.map(index), index);
+        self.cells.indices(bits, out);
+    }
+
+    /// The entries for the next numbers of a generator, 64 bits each: [`indices`](Self::indices) of them, and the fastest way to draw.
+    ///
+    /// ```
+    /// use rand::{Rng, SeedableRng, rngs::Xoshiro256PlusPlus};
+    /// use warpcheck::sampler::DiscreteAlias;
+    /// let table = DiscreteAlias::new(&[1.0, 0.0, 3.0])?;
+    /// let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+    /// let (mut drawn, mut same) = ([0; 100], [0; 100]);
+    /// table.draw(&mut rng.clone(), &mut drawn);
+    /// table.indices(&[(); 100].map(|()| rng.next_u64()), &mut same);
+    /// assert_eq!(drawn, same);
+    /// # Ok::<(), warpcheck::sampler::Error>(())
+    /// ```
+    #[inline]
+    pub fn draw(&self, rng: &mut impl Rng, out: &mut [u32]) {
+        if self.cells.bytes() <= CACHED {
+            self.cells.draw(rng, out);
+            return;
+        }
+        // Nothing but loads, so that the processor has as many as it can under way.
+        let mut bits = [0; 256];
+        for out in out.chunks_mut(bits.len()) {
+            let bits = &mut bits[..out.len()];
+            bits.fill_with(|| rng.next_u64());
+            self.cells.indices(bits, out);
+        }
     }
 
     /// [`choose`](Self::choose) for many variates.
@@ -90,7 +123,7 @@ impl DiscreteAlias {
         assert_eq!(xi.len(), out.len(), "as many variates as choices");
         for (xi, out) in xi.chunks(BATCH).zip(out.chunks_mut(BATCH)) {
             for (&xi, choice) in xi.iter().zip(&mut *out) {
-                (choice.index, choice.rest) = self.cells.choose(position_of(xi) as u64);
+                (choice.index, choice.rest) = self.cells.choose(step_at(position_of(xi)));
             }
             // Another place in memory, so all of them in one go.
             out.iter_mut().for_each(|choice| choice.mass = self.cdf.mass(choice.index));
@@ -130,7 +163,7 @@ impl DiscreteAlias {
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::sampler) struct AliasCells {
     /// theta 2^11, and the alias in the lower bits.
-    cells: Box<[u64]>,
+    cells: Pages<u64>,
     /// The bits of the alias.
     mask: u64,
 }
@@ -238,12 +271,37 @@ impl<M: Fn(usize) -> u64 + Sync> Walk<'_, M> {
     }
 }
 
+/// Cells while they are searched.
+#[derive(Clone, Copy)]
+struct Cells<'a> {
+    cells: &'a [u64],
+    mask: u64,
+}
+
+impl Cells<'_> {
+    /// The entries of the upper 53 bits of each number, without a branch.
+    #[inline(always)]
+    fn batch<const N: usize>(self, bits: &[u64; N]) -> [u32; N] {
+        let (mut own, mut lo, mut packed, mut out) = ([0; N], [0; N], [0; N], [0; N]);
+        for i in 0..N {
+            let product = u128::from(step_of(bits[i]) << 11) * self.cells.len() as u128;
+            (own[i], lo[i]) = ((product >> 64) as u32, product as u64);
+            packed[i] = self.cells[own[i] as usize];
+        }
+        for i in 0..N {
+            let is_own = lo[i] < packed[i] & !self.mask;
+            out[i] = if is_own { own[i] } else { (packed[i] & self.mask) as u32 };
+        }
+        out
+    }
+}
+
 impl AliasCells {
     /// From the masses of the entries in steps, which have to add up to 2^53; fewer than 2^32 entries.
     pub(in crate::sampler) fn new(entries: usize, mass: impl Fn(usize) -> u64 + Sync) -> Self {
         let sums = Sums::new(entries, mass);
         let mask = (1 << (11 + entries.ilog2())) - 1;
-        let mut cells = vec![0; entries].into_boxed_slice();
+        let mut cells = Pages::zeros(entries);
         parallel::chunks_mut(&mut cells, PIECE, |piece, cells| {
             let [mut deficit, mut excess] = sums.before[piece];
             let (mut donors, mut debtors) = (sums.walk(1, deficit), sums.walk(0, excess));
@@ -282,12 +340,26 @@ impl AliasCells {
     }
 
     /// The entry of a step of `0..2^53`.
+    #[cfg(test)]
+    fn index(&self, step: u64) -> u32 {
+        let mut out = [0];
+        self.indices(&[step << 11], &mut out);
+        out[0]
+    }
+
+    /// The entries of the upper 53 bits of each number.
+    fn indices(&self, bits: &[u64], out: &mut [u32]) {
+        let cells = Cells { cells: &self.cells, mask: self.mask };
+        in_batches::<FEW, _, _>(bits, out, |bits| cells.batch(bits), |bits| cells.batch(&[bits])[0]);
+    }
+
+    /// The entries for a generator's next numbers.
     #[inline]
-    pub(in crate::sampler) fn index(&self, step: u64) -> u32 {
-        let (cell, lo) = self.cell_of(step);
-        let packed = self.cells[cell];
-        let own = lo < packed & !self.mask;
-        if own { cell as u32 } else { (packed & self.mask) as u32 }
+    fn draw(&self, rng: &mut impl Rng, out: &mut [u32]) {
+        let cells = Cells { cells: &self.cells, mask: self.mask };
+        for out in out {
+            *out = cells.batch(&[rng.next_u64()])[0];
+        }
     }
 
     /// The entry of a step, and where in its part of the cell the step lies, in `[0, 1)`.
@@ -306,7 +378,11 @@ impl AliasCells {
     /// [`choose`](Self::choose) for variates, all cells first.
     #[inline]
     pub(in crate::sampler) fn choose_batch<const N: usize>(&self, xi: &[f64; N]) -> [(usize, f64); N] {
-        xi.map(|xi| self.choose(position_of(xi) as u64))
+        let mut chosen = [(0, 0.0); N];
+        for i in 0..N {
+            chosen[i] = self.choose(step_at(position_of(xi[i])));
+        }
+        chosen
     }
 
     /// A step's cell, and lo 2^11.

@@ -13,7 +13,8 @@
 //! Inversion by search: Devroye, "Non-Uniform Random Variate Generation", 1986, section III.2. Variates with fewer bits
 //! (24 for one `f32`) reach only what their lattice meets.
 
-use super::{Choice, position_of, step_of};
+use super::{Choice, position_of, step_at, step_of};
+use crate::pages::Pages;
 use crate::random::ONE_MINUS_EPSILON_F64;
 use crate::sampler::Error;
 
@@ -34,7 +35,7 @@ pub(in crate::sampler) const STEPS: f64 = 9_007_199_254_740_992.0;
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiscreteCdf {
     /// b_1 … b_N; b_0 = 0 is left out.
-    boundaries: Box<[u64]>,
+    boundaries: Pages<u64>,
 }
 
 impl DiscreteCdf {
@@ -73,8 +74,8 @@ impl DiscreteCdf {
         };
         let positive = weights.iter().filter(|&&w| w > 0.0).count() as u64;
         let free = STEPS - positive as f64;
-        let (mut boundaries, mut passed, mut shared) = (Vec::with_capacity(weights.len()), 0_u64, 0_u64);
-        for &w in weights {
+        let (mut boundaries, mut passed, mut shared) = (Pages::zeros(weights.len()), 0_u64, 0_u64);
+        for (boundary, &w) in boundaries.iter_mut().zip(weights) {
             if w > 0.0 {
                 running.add(scaled(w));
                 passed += 1;
@@ -83,10 +84,10 @@ impl DiscreteCdf {
                 let share = (running.value() / total).min(1.0);
                 shared = shared.max((share * free) as u64);
             }
-            boundaries.push(shared + passed);
+            *boundary = shared + passed;
         }
         debug_assert_eq!(shared + passed, STEPS as u64);
-        Ok(Self { boundaries: boundaries.into() })
+        Ok(Self { boundaries })
     }
 
     /// Number of entries.
@@ -103,7 +104,7 @@ impl DiscreteCdf {
     #[inline]
     pub fn choose(&self, xi: f64) -> Choice {
         let position = position_of(xi);
-        self.choice(self.index(position as u64), position)
+        self.choice(self.index(step_at(position)), position)
     }
 
     /// The entry that a step of `0..2^53` falls in.

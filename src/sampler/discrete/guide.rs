@@ -13,7 +13,8 @@
 //!
 //! The boundaries are those of [`DiscreteCdf`], and so is every answer.
 
-use super::{BATCH, Choice, DiscreteCdf, in_batches, position_of, step_of};
+use super::{BATCH, Choice, DiscreteCdf, in_batches, position_of, step_at, step_of};
+use crate::pages::Pages;
 use crate::parallel;
 use crate::sampler::Error;
 
@@ -39,7 +40,7 @@ const PIECE: usize = 1 << 14;
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiscreteGuide {
     cdf: DiscreteCdf,
-    cells: Box<[u64]>,
+    cells: Pages<u64>,
     /// k.
     bits: u32,
 }
@@ -61,7 +62,7 @@ impl DiscreteGuide {
         let bits = buckets.trailing_zeros();
         let boundaries = cdf.boundaries();
         let (shift, unit) = (53 - bits, 1_u64 << (11 + bits));
-        let mut cells = vec![0; buckets].into_boxed_slice();
+        let mut cells = Pages::zeros(buckets);
         parallel::chunks_mut(&mut cells, PIECE, |piece, cells| {
             let first = (piece * PIECE) as u64;
             let mut passed = boundaries.partition_point(|&b| b <= first << shift);
@@ -98,14 +99,19 @@ impl DiscreteGuide {
     #[inline]
     pub fn choose(&self, xi: f64) -> Choice {
         let position = position_of(xi);
-        self.cdf.choice(self.batch(&[position as u64])[0] as usize, position)
+        self.cdf.choice(self.batch(&[step_at(position)])[0] as usize, position)
     }
 
     /// The entries of a few steps: first all cells, then whatever they don't tell, so that the processor waits for all of memory at once.
     #[inline]
     fn batch<const N: usize>(&self, steps: &[u64; N]) -> [u32; N] {
         let more = 1 << (10 + self.bits);
-        let cells = steps.map(|step| self.cells[(step >> (53 - self.bits)) as usize]);
+        let guide = &*self.cells;
+        // Loops and no `map`, which for arrays isn't always compiled in line.
+        let mut cells = [0; N];
+        for i in 0..N {
+            cells[i] = guide[(steps[i] >> (53 - self.bits)) as usize];
+        }
         let mut entries = [0; N];
         let mut pending = 0_u64;
         for i in 0..N {
@@ -166,8 +172,12 @@ impl DiscreteGuide {
     /// [`choose`](Self::choose) for a few variates.
     #[inline]
     pub(in crate::sampler) fn choose_batch<const N: usize>(&self, xi: &[f64; N]) -> [Choice; N] {
-        let positions = xi.map(position_of);
-        let entries = self.batch(&positions.map(|position| position as u64));
+        let (mut positions, mut steps) = ([0.0; N], [0; N]);
+        for i in 0..N {
+            positions[i] = position_of(xi[i]);
+            steps[i] = step_at(positions[i]);
+        }
+        let entries = self.batch(&steps);
         let mut choices = [Choice::default(); N];
         for i in 0..N {
             choices[i] = self.cdf.choice(entries[i] as usize, positions[i]);

@@ -44,6 +44,12 @@ fn position_of(xi: f64) -> f64 {
     inside(xi) * STEPS
 }
 
+/// The step of a position: signed on the way, since what converts to it is one instruction.
+#[inline]
+fn step_at(position: f64) -> u64 {
+    position as i64 as u64
+}
+
 /// Samples whose memory is waited for together.
 pub(super) const BATCH: usize = 16;
 
@@ -99,6 +105,17 @@ impl Sampler for $table {
             for (sample, choice) in samples.iter_mut().zip(choices) {
                 *sample = Some(Sample { point: choice.index, density: choice.mass });
             }
+        }
+    }
+
+    fn fill_points(&self, xi: &[f64], points: &mut [Option<usize>]) {
+        assert_eq!(xi.len(), points.len(), "one variate a point");
+        let (mut bits, mut indices) = ([0; 256], [0; 256]);
+        for (xi, points) in xi.chunks(256).zip(points.chunks_mut(256)) {
+            let (bits, indices) = (&mut bits[..xi.len()], &mut indices[..xi.len()]);
+            bits.iter_mut().zip(xi).for_each(|(bits, &xi)| *bits = step_at(position_of(xi)) << 11);
+            self.indices(bits, indices);
+            points.iter_mut().zip(indices).for_each(|(point, &mut index)| *point = Some(index as usize));
         }
     }
 

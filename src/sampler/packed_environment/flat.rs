@@ -99,8 +99,11 @@ impl Flat {
     /// The texels for variates: the first selects and places across, the second places down. Without their masses.
     #[inline]
     pub(super) fn find<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [Found; N] {
-        let chosen = self.cells.choose_batch(&xi.map(|[x, _]| x));
-        let mut found = [Found::default(); N];
+        let (mut across, mut found) = ([0.0; N], [Found::default(); N]);
+        for i in 0..N {
+            across[i] = xi[i][0];
+        }
+        let chosen = self.cells.choose_batch(&across);
         for i in 0..N {
             let (texel, across) = chosen[i];
             let (row, column) = self.width.divide(texel as u32);

@@ -199,17 +199,68 @@ impl PackedEnvironment {
     /// (u, v) of what was found.
     #[inline]
     fn uv(&self, found: &Found) -> [f64; 2] {
-        let (width, height) = (self.map.width() as f64, self.map.height() as f64);
-        let u = (found.column as f64 + keep_off(found.across, TAU / width)) / width;
         let v = match self.rows {
-            RowWarp::UniformV => (found.row as f64 + keep_off(found.down, PI / height)) / height,
+            RowWarp::UniformV => self.uniform_v(found),
             RowWarp::UniformCosTheta => {
                 let drop = &self.drops[found.row];
                 let from_pole = 2.0 * FRAC_1_PI * (0.5 * drop.at(found.down)).sqrt().min(1.0).asin();
                 if drop.south { 1.0 - from_pole } else { from_pole }
             }
         };
-        [u, v]
+        [self.u(found), v]
+    }
+
+    #[inline]
+    fn u(&self, found: &Found) -> f64 {
+        let width = self.map.width() as f64;
+        (found.column as f64 + keep_off(found.across, TAU / width)) / width
+    }
+
+    #[inline]
+    fn uniform_v(&self, found: &Found) -> f64 {
+        let height = self.map.height() as f64;
+        (found.row as f64 + keep_off(found.down, PI / height)) / height
+    }
+
+    /// The directions of what was found, and the sines of their theta.
+    #[inline]
+    fn directions<const N: usize>(&self, found: &[Found; N]) -> [[f64; 4]; N] {
+        let (mut turns, mut directions) = ([0.0; N], [[0.0; 4]; N]);
+        for i in 0..N {
+            turns[i] = self.u(&found[i]);
+        }
+        match self.rows {
+            RowWarp::UniformV => {
+                for i in 0..N {
+                    let (sin_phi, cos_phi) = turns::sin_cos(turns[i]);
+                    let (sine, cosine) = turns::sin_cos(0.5 * self.uniform_v(&found[i]));
+                    directions[i] = [sine * cos_phi, sine * sin_phi, cosine, sine];
+                }
+            }
+            RowWarp::UniformCosTheta => {
+                for i in 0..N {
+                    let (sin_phi, cos_phi) = turns::sin_cos(turns[i]);
+                    let drop = &self.drops[found[i].row];
+                    let fallen = drop.at(found[i].down);
+                    let sine = (fallen * (2.0 - fallen)).max(0.0).sqrt();
+                    let cosine = if drop.south { fallen - 1.0 } else { 1.0 - fallen };
+                    directions[i] = [sine * cos_phi, sine * sin_phi, cosine, sine];
+                }
+            }
+        }
+        directions
+    }
+
+    /// The directions alone of [`samples`](Self::samples).
+    #[inline]
+    fn points<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [Option<DVec3>; N] {
+        let directions = self.directions(&self.find(xi));
+        let mut points = [None; N];
+        for i in 0..N {
+            let [x, y, z, _] = directions[i];
+            points[i] = Some(DVec3::new(x, y, z).as_vec3().as_dvec3());
+        }
+        points
     }
 
     #[inline]
@@ -220,20 +271,7 @@ impl PackedEnvironment {
             found.iter_mut().for_each(|found| found.mass = flat.mass(&weights, found.column, found.row));
         }
         let uv = found.each_ref().map(|found| self.uv(found));
-        let mut directions = [[0.0; 4]; N];
-        for i in 0..N {
-            let (sin_phi, cos_phi) = turns::sin_cos(uv[i][0]);
-            let (sine, cosine) = match self.rows {
-                RowWarp::UniformV => turns::sin_cos(0.5 * uv[i][1]),
-                RowWarp::UniformCosTheta => {
-                    let drop = &self.drops[found[i].row];
-                    let fallen = drop.at(found[i].down);
-                    let sine = (fallen * (2.0 - fallen)).max(0.0).sqrt();
-                    (sine, if drop.south { fallen - 1.0 } else { 1.0 - fallen })
-                }
-            };
-            directions[i] = [sine * cos_phi, sine * sin_phi, cosine, sine];
-        }
+        let directions = self.directions(&found);
         let mut samples = [EnvironmentSample::default(); N];
         for i in 0..N {
             let [x, y, z, sine] = directions[i];
@@ -332,6 +370,12 @@ impl Sampler for PackedEnvironment {
             self.sample_all(xi, drawn);
             samples.iter_mut().zip(drawn).for_each(|(sample, &mut drawn)| *sample = Some(drawn.into()));
         }
+    }
+
+    fn fill_points(&self, xi: &[f64], points: &mut [Option<DVec3>]) {
+        assert_eq!(xi.len(), 2 * points.len(), "two variates a point");
+        let (xi, _) = xi.as_chunks::<2>();
+        in_batches::<BATCH, _, _>(xi, points, |xi| self.points(xi), |xi| self.points(&[xi])[0]);
     }
 
     fn density(&self, w: &DVec3) -> f64 {

@@ -7,6 +7,7 @@
 //! samples of a batch), then eight are counted. Where all are passed, the rest of the bucket is searched in halves.
 
 use super::{Found, Weights};
+use crate::pages::Pages;
 use crate::parallel;
 use crate::random::ONE_MINUS_EPSILON_F64;
 use crate::sampler::discrete::{Neumaier, inside};
@@ -24,9 +25,9 @@ pub(super) struct Rows {
     width: usize,
     marginal: DiscreteGuide,
     /// The last step of each texel or of what is before it, row after row. A row that has no light is all -1, and never searched.
-    lasts: Box<[i32]>,
+    lasts: Pages<i32>,
     /// How many texels of the row end at or before the start of a bucket, but none past the width - 16.
-    guides: Box<[u16]>,
+    guides: Pages<u16>,
     /// Binary logarithm of the buckets a row.
     bits: u32,
 }
@@ -45,12 +46,12 @@ impl Rows {
         let sums = parallel::map(height, |row| weights.row(row).fold(Sum::default(), Sum::add));
         let marginal: Vec<f64> = sums.iter().map(|sum| sum.value()).collect();
         let marginal = DiscreteGuide::new(&marginal).map_err(|_| weights.black())?;
-        let mut lasts = vec![-1; width * height].into_boxed_slice();
+        let mut lasts = Pages::zeros(width * height);
         parallel::chunks_mut(&mut lasts, width, |row, lasts| fill(lasts, weights, row, &sums[row]));
         let buckets = (1 << width.ilog2() >> CROWD.ilog2()).max(1_usize);
         let bits = buckets.trailing_zeros();
         let furthest = width.saturating_sub(2 * LANES);
-        let mut guides = vec![0; buckets * height].into_boxed_slice();
+        let mut guides = Pages::zeros(buckets * height);
         parallel::chunks_mut(&mut guides, buckets, |row, guide| {
             let lasts = &lasts[row * width..(row + 1) * width];
             let mut passed = 0;
@@ -68,9 +69,13 @@ impl Rows {
     /// The texels for variates of row and column.
     #[inline]
     pub(super) fn find<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [Found; N] {
-        let rows = self.marginal.choose_batch(&xi.map(|[row, _]| row));
-        let positions = xi.map(|[_, column]| position_of(column));
-        let mut columns = [0; N];
+        // Loops and no `map`, which for arrays isn't always compiled in line.
+        let (mut down, mut positions, mut columns) = ([0.0; N], [0.0; N], [0; N]);
+        for i in 0..N {
+            (down[i], positions[i]) = (xi[i][0], position_of(xi[i][1]));
+        }
+        let rows = self.marginal.choose_batch(&down);
+        let (guides, lasts) = (&*self.guides, &*self.lasts);
         if self.width < 2 * LANES {
             for i in 0..N {
                 let step = positions[i] as i32;
@@ -79,18 +84,18 @@ impl Rows {
         } else {
             let mut starts = [0; N];
             for i in 0..N {
-                let bucket = positions[i] as usize >> (31 - self.bits);
-                starts[i] = usize::from(self.guides[(rows[i].index << self.bits) + bucket]);
+                let bucket = positions[i] as u32 as usize >> (31 - self.bits);
+                starts[i] = usize::from(guides[(rows[i].index << self.bits) + bucket]);
             }
             for i in 0..N {
-                let middle = self.lasts[rows[i].index * self.width + starts[i] + LANES - 1];
+                let middle = lasts[rows[i].index * self.width + starts[i] + LANES - 1];
                 starts[i] += if middle < positions[i] as i32 { LANES } else { 0 };
             }
             for i in 0..N {
                 let first = rows[i].index * self.width + starts[i];
                 let step = positions[i] as i32;
                 let passed: i32 =
-                    self.lasts[first..first + LANES].iter().map(|&last| i32::from(last < step)).sum();
+                    lasts[first..first + LANES].iter().map(|&last| i32::from(last < step)).sum();
                 columns[i] = starts[i] + passed as usize;
             }
             for i in 0..N {
