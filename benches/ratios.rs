@@ -261,17 +261,20 @@ impl Plain {
     }
 }
 
+/// The floor, and the search as everybody writes it first.
+fn plain_maps(bench: &mut Bench<'_>, map: &RadianceMap) {
+    bench.pairs("floor", [0.0; 2], |xi, out| out.copy_from_slice(xi));
+    let plain = Plain::new(map);
+    bench.pairs("two binary searches", [0.0; 2], |xi, out| {
+        out.iter_mut().zip(xi).for_each(|(uv, &xi)| *uv = plain.uv(xi));
+    });
+}
+
 fn environment(c: &mut Criterion) {
     for (width, height) in [(2048, 1024), (8192, 4096)] {
         let map = Arc::new(sky(width, height));
         let mut bench = Bench::new(c, &format!("environment/{width}x{height}"), 1500);
-        bench.pairs("floor", [0.0; 2], |xi, out| out.copy_from_slice(xi));
-        {
-            let plain = Plain::new(&map);
-            bench.pairs("two binary searches", [0.0; 2], |xi, out| {
-                out.iter_mut().zip(xi).for_each(|(uv, &xi)| *uv = plain.uv(xi));
-            });
-        }
+        plain_maps(&mut bench, &map);
         for (name, form) in [("guide", Form::Guide), ("alias", Form::Alias)] {
             let map = PackedEnvironment::new(map.clone(), RowWarp::UniformV, form).unwrap();
             bench.pairs(&format!("{name}: (u, v)"), [0.0; 2], |xi, out| map.uv_all(xi, out));
@@ -479,13 +482,7 @@ fn growth(c: &mut Criterion) {
     for height in HEIGHTS {
         let map = Arc::new(sky(2 * height, height));
         let mut bench = Bench::new(c, &format!("growth/{height} rows"), 250);
-        bench.pairs("floor", [0.0; 2], |xi, out| out.copy_from_slice(xi));
-        {
-            let plain = Plain::new(&map);
-            bench.pairs("two binary searches", [0.0; 2], |xi, out| {
-                out.iter_mut().zip(xi).for_each(|(uv, &xi)| *uv = plain.uv(xi));
-            });
-        }
+        plain_maps(&mut bench, &map);
         for (name, form) in [("guide", Form::Guide), ("alias", Form::Alias)] {
             let map = PackedEnvironment::new(map.clone(), RowWarp::UniformV, form).unwrap();
             bench.pairs(name, [0.0; 2], |xi, out| map.uv_all(xi, out));

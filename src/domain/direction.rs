@@ -22,12 +22,18 @@ fn direction(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta)
 }
 
+/// Whether a vector is as long as a direction, up to rounding; not so if it is not finite.
+#[inline]
+fn is_unit(w: DVec3) -> bool {
+    (w.length_squared() - 1.0).abs() <= 2.0 * TOLERANCE
+}
+
 /// (theta, phi) of a unit vector, phi in `[0, 2 pi)`.
 fn angles(w: DVec3) -> Result<(f64, f64), Outside> {
     if !w.is_finite() {
         return Err(Outside(format!("is not finite: {w}")));
     }
-    if (w.length_squared() - 1.0).abs() > 2.0 * TOLERANCE {
+    if !is_unit(w) {
         return Err(Outside(format!("has length {}", w.length())));
     }
     let phi = w.y.atan2(w.x);
@@ -56,8 +62,7 @@ fn locate_directions(
     for four in points.chunks(4) {
         let (theta, phi) = four_angles(std::array::from_fn(|i| four[i.min(four.len() - 1)]));
         for (i, w) in four.iter().enumerate() {
-            let unit = (w.length_squared() - 1.0).abs() <= 2.0 * TOLERANCE; // not so if it is not finite
-            out.push(if unit && inside(*w) {
+            out.push(if is_unit(*w) && inside(*w) {
                 Ok(Location { patch: 0, at: [(theta[i] / range).min(1.0), phi[i] / TAU] })
             } else {
                 locate(w)
@@ -257,7 +262,7 @@ impl Domain for Sphere {
     /// Without angles: their inverse trigonometric functions would cost more than most samplers.
     #[inline]
     fn pixel(&self, pixels: &Pixels, w: &DVec3) -> Result<Option<usize>, Outside> {
-        if !((w.length_squared() - 1.0).abs() <= 2.0 * TOLERANCE) {
+        if !is_unit(*w) {
             return self.locate(w).map(|_| None); // an error: see there
         }
         Ok(Some(pixels.of_direction(*w)))

@@ -233,7 +233,7 @@ fn determinant(probe: &dyn Probe, xi: &[f64], selecting: usize) -> Option<(f64, 
 /// (a comb) bends nowhere else.
 fn bend_between(probe: &dyn Probe, xi: &[f64], selecting: usize, axes: usize, step: f64) -> Option<f64> {
     const PARTS: [f64; 3] = [0.27, 0.61, 0.83];
-    let stencil = stencil(xi, selecting..selecting + axes, &[-step, step]);
+    let stencil = stencil(xi, selecting..selecting + axes, |x| [x - step, x + step]);
     let densities: Vec<f64> =
         probe.displacements(xi, &stencil)?.into_iter().map(|(_, density)| density).collect();
     let (here, around) = densities.split_first()?;
@@ -247,14 +247,14 @@ fn bend_between(probe: &dyn Probe, xi: &[f64], selecting: usize, axes: usize, st
     Some(bend)
 }
 
-/// Sets of variates, one after another: `xi` itself, then for each of some variates `xi` with that one moved by each of the `steps`.
-fn stencil(xi: &[f64], variates: Range<usize>, steps: &[f64]) -> Vec<f64> {
+/// Sets of variates, one after another: `xi` itself, then for each of some variates `xi` with that one at each of the places that `moved` gives for it.
+fn stencil<const N: usize>(xi: &[f64], variates: Range<usize>, moved: impl Fn(f64) -> [f64; N]) -> Vec<f64> {
     let mut all = xi.to_vec();
     for variate in variates {
-        for step in steps {
+        for place in moved(xi[variate]) {
             all.extend_from_slice(xi);
-            let moved = all.len() - xi.len() + variate;
-            all[moved] += step;
+            let at = all.len() - xi.len() + variate;
+            all[at] = place;
         }
     }
     all
@@ -273,7 +273,8 @@ struct Difference {
 impl Difference {
     fn new(probe: &dyn Probe, xi: &[f64], selecting: usize, axes: usize, step: f64) -> Option<Self> {
         let (mut columns, mut bend) = ([[0.0; 2]; 2], 0.0_f64);
-        let stencil = stencil(xi, selecting..selecting + axes, &[step, -step, 2.0 * step, -2.0 * step]);
+        let four = |x| [x + step, x - step, x + 2.0 * step, x - 2.0 * step];
+        let stencil = stencil(xi, selecting..selecting + axes, four);
         let all = probe.displacements(xi, &stencil)?;
         let ((_, here), around) = all.split_first()?;
         for (column, four) in columns.iter_mut().zip(around.as_chunks::<4>().0) {
@@ -371,24 +372,17 @@ fn newton(probe: &dyn Probe, target: &[f64], start: &[f64]) -> Newton {
     const SHORT: f64 = 2e-4;
     const STEPS: usize = 30;
     let axes = probe.space().axes();
+    let step = 2.0_f64.powi(-10);
+    let ends = |x: f64| [(x + step).min(1.0 - 1e-9), (x - step).max(0.0)];
     let mut xi = start.to_vec();
     for _ in 0..STEPS {
-        let step = 2.0_f64.powi(-10);
-        let mut places = xi.clone();
-        let mut widths = [0.0; 2];
-        for (axis, width) in widths.iter_mut().enumerate().take(axes) {
-            let (ahead, behind) = ((xi[axis] + step).min(1.0 - 1e-9), (xi[axis] - step).max(0.0));
-            *width = ahead - behind;
-            for end in [ahead, behind] {
-                places.extend_from_slice(&xi);
-                let moved = places.len() - xi.len() + axis;
-                places[moved] = end;
-            }
-        }
-        let Some(all) = probe.displacements(target, &places) else { return Newton::Lost };
+        let Some(all) = probe.displacements(target, &stencil(&xi, 0..axes, ends)) else {
+            return Newton::Lost;
+        };
         let (miss, mut columns) = (all[0].0, [[0.0; 2]; 2]);
-        for ((column, width), ends) in columns.iter_mut().zip(widths).zip(all[1..].as_chunks::<2>().0) {
-            *column = [0, 1].map(|i| (ends[0].0[i] - ends[1].0[i]) / width);
+        for ((column, &x), [(a, _), (b, _)]) in columns.iter_mut().zip(&xi).zip(all[1..].as_chunks::<2>().0) {
+            let [ahead, behind] = ends(x);
+            *column = [0, 1].map(|i| (a[i] - b[i]) / (ahead - behind));
         }
         let [a, b] = columns;
         let move_by = if axes == 1 {

@@ -227,12 +227,12 @@ impl<S: Sampler> Probe for Subject<'_, S> {
         values.clear();
         let mut samples = Vec::new();
         fill_vec(self.sampler, xi, &mut samples);
-        let points_of = |step: usize| -> Vec<PointOf<S>> {
+        let every = |step: usize| -> Vec<PointOf<S>> {
             samples.iter().step_by(step).flatten().map(|sample| sample.point.clone()).collect()
         };
         let (mut asked, mut places) = (Vec::new(), Vec::with_capacity(samples.len()));
-        self.sampler.density_many(&points_of(ask), &mut asked);
-        self.domain.locate_many(&points_of(1), &mut places);
+        self.sampler.density_many(&every(ask), &mut asked);
+        self.domain.locate_many(&every(1), &mut places);
         let (mut asked, mut places) = (asked.into_iter(), places.into_iter());
         for (i, sample) in samples.into_iter().enumerate() {
             let draw = match sample {

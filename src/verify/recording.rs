@@ -248,12 +248,9 @@ impl<'a, D: Domain> Recording<'a, D> {
         &held.1[index * self.width..][..self.width]
     }
 
-    /// The row of a variate, and the density it is to be judged by.
-    fn drawn(&self, held: &(u64, Vec<f64>), xi: f64) -> Option<(D::Point, f64, Option<f64>)> {
-        let row = (self.row)(self.numbers(held, xi));
-        let point = row.point?;
-        let density = row.density.unwrap_or_else(|| self.density_of(&point));
-        Some((point, density, row.weight))
+    /// What the row of a variate says.
+    fn row_of(&self, held: &(u64, Vec<f64>), xi: f64) -> Row<D::Point> {
+        (self.row)(self.numbers(held, xi))
     }
 
     /// 0 outside of the domain.
@@ -300,7 +297,7 @@ impl<D: Domain> Probe for Recording<'_, D> {
         values.clear();
         let held = self.held();
         let with_weight = self.integral.is_some() && self.columns.weight;
-        let rows: Vec<Row<D::Point>> = xi.iter().map(|&xi| (self.row)(self.numbers(&held, xi))).collect();
+        let rows: Vec<Row<D::Point>> = xi.iter().map(|&xi| self.row_of(&held, xi)).collect();
         let points: Vec<D::Point> = rows.iter().filter_map(|row| row.point.clone()).collect();
         let mut places = Vec::with_capacity(points.len());
         self.domain.locate_many(&points, &mut places);
@@ -331,11 +328,13 @@ impl<D: Domain> Probe for Recording<'_, D> {
 
     fn locate(&self, xi: &[f64], out: &mut Vec<Location>) {
         let held = self.held();
-        out.extend(xi.iter().filter_map(|&xi| self.domain.locate(&self.drawn(&held, xi)?.0).ok()));
+        out.extend(xi.iter().filter_map(|&xi| self.domain.locate(&self.row_of(&held, xi).point?).ok()));
     }
 
     fn look(&self, xi: &[f64]) -> Option<Look> {
-        let (point, density, _) = self.drawn(&self.held(), xi[0])?;
+        let row = self.row_of(&self.held(), xi[0]);
+        let point = row.point?;
+        let density = row.density.unwrap_or_else(|| self.density_of(&point));
         Some(Look {
             location: self.domain.locate(&point).map_err(|why| why.0),
             density,
@@ -359,7 +358,7 @@ impl<D: Domain> Probe for Recording<'_, D> {
     }
 
     fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64> {
-        let Some((point, ..)) = self.drawn(&self.held(), xi[0]) else { return Vec::new() };
+        let Some(point) = self.row_of(&self.held(), xi[0]).point else { return Vec::new() };
         let neighbours = self.domain.neighbours(&point, epsilon);
         if self.density.is_none() {
             Vec::new()

@@ -108,6 +108,21 @@ fn cosine_table(folder: &Folder) -> String {
     folder.file("cosine.npy", npy("<f8", false, &format!("({rows}, 1)"), &body))
 }
 
+/// Samples with a column that is not used, against that table.
+fn against(table: &str) -> [&str; 9] {
+    [
+        "--domain",
+        "hemisphere",
+        "--columns",
+        "x,y,z,_:f32",
+        "--density",
+        table,
+        "--density-measure",
+        "uv",
+        "--normalise",
+    ]
+}
+
 #[test]
 fn a_column_of_densities_is_enough() {
     let right = f32s(&cosine(100_000));
@@ -261,17 +276,7 @@ fn points_outside_and_impossible_densities_fail_by_their_row() {
 fn a_table_is_a_density() {
     let folder = Folder::new();
     let table = cosine_table(&folder);
-    let arguments = [
-        "--domain",
-        "hemisphere",
-        "--columns",
-        "x,y,z,_:f32",
-        "--density",
-        &table,
-        "--density-measure",
-        "uv",
-        "--normalise",
-    ];
+    let arguments = against(&table);
     expect(PASS, "1 of 1 samplers pass", &arguments, &f32s(&cosine(60_000)));
     let uniform =
         rows(&warpcheck::sampler::UniformHemisphere, 60_000, |s| vec![s.point.x, s.point.y, s.point.z, 0.0]);
@@ -299,17 +304,7 @@ fn wrong_conventions_are_named() {
     let table = cosine_table(&folder);
     let turned = |row: &Vec<f64>| vec![row[0], row[2], -row[1], row[3]];
     let y_up: Vec<Vec<f64>> = cosine(60_000).iter().map(turned).collect();
-    let arguments = [
-        "--domain",
-        "hemisphere",
-        "--columns",
-        "x,y,z,_:f32",
-        "--density",
-        &table,
-        "--density-measure",
-        "uv",
-        "--normalise",
-    ];
+    let arguments = against(&table);
     expect(FAIL, "if the points are read with --frame y-up, nothing is wrong", &arguments, &f32s(&y_up));
     let mut told = arguments.to_vec();
     told.extend(["--frame", "y-up"]);
