@@ -4,6 +4,7 @@ use super::{Error, FovAxis, View};
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use std::{
+    collections::BTreeMap,
     ops::Range,
     path::{Path, PathBuf},
 };
@@ -158,6 +159,8 @@ struct RawMesh {
     two_sided: bool,
     emitters_reflect: Option<bool>,
     material: Option<RawMaterial>,
+    #[serde(default)]
+    materials: BTreeMap<String, Spanned<RawMaterial>>,
 }
 
 #[derive(Deserialize)]
@@ -234,9 +237,11 @@ pub(super) struct MeshEntry {
     pub two_sided: bool,
     pub emitters_reflect: bool,
     pub material: Option<Override>,
+    /// What is replaced in materials by their name, and the line that says so.
+    pub materials: Vec<(String, usize, Override)>,
 }
 
-/// What a `material` table replaces.
+/// What a `material` table, or one of `materials`, replaces.
 pub(super) struct Override {
     pub kd: Option<Vec3>,
     pub ks: Option<Vec3>,
@@ -334,33 +339,9 @@ impl Checker<'_> {
     }
 
     fn mesh(&self, raw: &RawMesh) -> Result<MeshEntry, Error> {
-        let material = raw.material.as_ref().map(|m| {
-            let ns = self.number("mesh.material.ns", m.ns.as_ref(), 1.0)? as f32;
-            match &m.ns {
-                Some(n) if ns < 0.0 => {
-                    return self.wrong(
-                        n.span(),
-                        "mesh.material.ns",
-                        format!("is {ns}, but it must be at least 0"),
-                    );
-                }
-                _ => {}
-            }
-            let roughness = m.roughness.as_ref().map(|n| *n.get_ref() as f32);
-            if let (Some(alpha), Some(n)) = (roughness, &m.roughness)
-                && !(1e-4..=1.0).contains(&alpha)
-            {
-                let why = format!("is {alpha}, but it must be from 1e-4 to 1");
-                return self.wrong(n.span(), "mesh.material.roughness", why);
-            }
-            Ok(Override {
-                roughness,
-                kd: self.colour("mesh.material.kd", m.kd.as_ref())?,
-                ks: self.colour("mesh.material.ks", m.ks.as_ref())?,
-                ns: m.ns.as_ref().map(|_| ns),
-                ke: self.colour("mesh.material.ke", m.ke.as_ref())?,
-            })
-        });
+        let named = |(name, m): (&String, &Spanned<RawMaterial>)| {
+            Ok((name.clone(), line_of(self.text, m.span()), self.material(m.get_ref())?))
+        };
         Ok(MeshEntry {
             file: self.path(raw.file.get_ref()),
             line: line_of(self.text, raw.file.span()),
@@ -373,7 +354,29 @@ impl Checker<'_> {
             normals: raw.normals,
             two_sided: raw.two_sided,
             emitters_reflect: raw.emitters_reflect.unwrap_or(true),
-            material: material.transpose()?,
+            material: raw.material.as_ref().map(|m| self.material(m)).transpose()?,
+            materials: raw.materials.iter().map(named).collect::<Result<_, _>>()?,
+        })
+    }
+
+    fn material(&self, m: &RawMaterial) -> Result<Override, Error> {
+        let ns = self.number("mesh.material.ns", m.ns.as_ref(), 1.0)? as f32;
+        if let Some(n) = m.ns.as_ref().filter(|_| ns < 0.0) {
+            return self.wrong(n.span(), "mesh.material.ns", format!("is {ns}, but it must be at least 0"));
+        }
+        let roughness = m.roughness.as_ref().map(|n| *n.get_ref() as f32);
+        if let (Some(alpha), Some(n)) = (roughness, &m.roughness)
+            && !(1e-4..=1.0).contains(&alpha)
+        {
+            let why = format!("is {alpha}, but it must be from 1e-4 to 1");
+            return self.wrong(n.span(), "mesh.material.roughness", why);
+        }
+        Ok(Override {
+            roughness,
+            kd: self.colour("mesh.material.kd", m.kd.as_ref())?,
+            ks: self.colour("mesh.material.ks", m.ks.as_ref())?,
+            ns: m.ns.as_ref().map(|_| ns),
+            ke: self.colour("mesh.material.ke", m.ke.as_ref())?,
         })
     }
 

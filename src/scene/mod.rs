@@ -18,6 +18,7 @@
 //! emitters_reflect = true           # false: K_d and K_s of materials with K_e above 0 count as 0
 //! material = { kd = [0.5, 0.5, 0.5], ks = [0.0, 0.0, 0.0], ns = 1.0, ke = [0.0, 0.0, 0.0] }  # replaces what it names;
 //!                                   # roughness = 0.2 makes the glossy lobe a GGX one of that alpha, and n_s counts no more
+//! materials.floor = { kd = [0.2, 0.2, 0.2] }   # the same for the material of that name, after `material`
 //!
 //! [camera]
 //! eye = [0.0, 1.0, 5.0]

@@ -123,6 +123,11 @@ impl Scene {
         let (mut triangles, mut materials, mut emitters) = (Vec::new(), Vec::new(), Vec::new());
         for entry in &described.meshes {
             let mesh = entry.read(described.convention, &mut open)?;
+            let absent = |name: &str| mesh.materials.iter().all(|m| m.name != name);
+            if let Some((name, line, _)) = entry.materials.iter().find(|(name, ..)| absent(name)) {
+                let why = format!("names `{name}`, but {} has no such material", entry.file.display());
+                return Err(wrong(*line, "mesh.materials", &why));
+            }
             let first = triangles.len();
             triangles.extend(entry.place(&mesh, materials.len() as u32));
             let reached = triangles[first..].iter().flat_map(|t: &Triangle| t.vertices);
@@ -257,7 +262,8 @@ impl MeshEntry {
             Normals::Flat => mesh.normals = None,
         }
         for m in &mut mesh.materials {
-            if let Some(new) = &self.material {
+            let by_name = self.materials.iter().filter(|(name, ..)| *name == m.name).map(|(.., new)| new);
+            for new in self.material.iter().chain(by_name) {
                 m.kd = new.kd.unwrap_or(m.kd);
                 m.ks = new.ks.unwrap_or(m.ks);
                 m.ns = new.ns.unwrap_or(m.ns);

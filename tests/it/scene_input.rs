@@ -116,6 +116,10 @@ fn marschners_lights_have_their_areas() {
         assert!(ratio < 1.0 && ratio > 0.98, "{ratio} for radius {r}");
         assert_eq!(emitters[0].radiance, Vec3::splat(radiance));
     }
+    // Materials are changed by their name, and only those.
+    let roughness: Vec<_> = scene.materials.iter().filter_map(|m| m.roughness).collect();
+    assert_eq!(roughness, [0.005, 0.02, 0.05, 0.1]);
+    assert!(scene.materials.iter().all(|m| m.name.starts_with("plate") == m.roughness.is_some()));
 }
 
 // ---- what is broken ----
@@ -269,6 +273,9 @@ fn broken_scene_files_are_refused_with_their_line() {
         (mesh, "material = { kd = [1, -1, 0] }", ["s.toml:4", "`mesh.material.kd` has a negative"]),
         (mesh, "material = { ns = -1 }", ["s.toml:4", "`mesh.material.ns` is -1"]),
         (mesh, "material = { roughness = 0 }", ["s.toml:4", "`mesh.material.roughness` is 0"]),
+        (mesh, "materials.lamb = { ns = 3 }", ["s.toml:4", "names `lamb`, but"]),
+        (mesh, "materials.lamp = { ns = -3 }", ["s.toml:4", "`mesh.material.ns` is -3"]),
+        (mesh, "materials.lamp = { nz = 3 }", ["s.toml:4", "unknown field `nz`"]),
         (mesh, "material = { roughness = nan }", ["s.toml:4", "`mesh.material.roughness` is NaN"]),
         (mesh, "material = { kd = [1, 0.7, 0], ks = [0, 0.7, 0] }", ["m.obj", "1.4 in channel 1"]),
         (mesh, "material = { ke = [0, 0, 0] }", ["s.toml", "nothing emits light"]),
