@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use warpcheck::estimator::{
-    Blocks, Criteria, Estimate, Experiment, Film, Judgement, Lights, Settings, Strategy, agree, sample,
+    Blocks, Criteria, Estimate, Experiment, Judgement, Lights, Settings, Strategy, agree, sample,
 };
 use warpcheck::picture::{write_atomically, write_png};
 use warpcheck::report;
@@ -22,9 +22,12 @@ pub struct Arguments {
     strategy: Vec<Strategy>,
     #[command(flatten)]
     lights: LightArguments,
-    /// Also compare with a picture (EXR, HDR), which is taken as exact, or with means and errors of blocks (JSON, see data/reference)
+    /// Also compare with a picture (EXR, HDR), or with means and errors of blocks (JSON, see data/reference)
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
+    /// The picture has no noise; without this, its noise is estimated from how pixels differ from their neighbours
+    #[arg(long, requires = "reference")]
+    exact: bool,
     /// Samples a pixel
     #[arg(long, value_name = "N", default_value = "256", value_parser = common::passes, allow_negative_numbers = true)]
     spp: u32,
@@ -55,7 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let lights = Lights::load_with(&scene, arguments.lights.sampling())?;
     let strategies = common::or(&arguments.strategy, &Experiment::default().strategies);
     let reference =
-        arguments.reference.as_deref().map(|file| reference(&scene, file, arguments.tile)).transpose()?;
+        arguments.reference.as_deref().map(|file| reference(&scene, file, arguments)).transpose()?;
     if strategies.len() + usize::from(reference.is_some()) < 2 {
         bail!("one strategy alone agrees with itself: name two, or a --reference");
     }
@@ -114,18 +117,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// A reference with its tiles.
-fn reference(scene: &Scene, file: &Path, tile: Option<u32>) -> Result<Estimate> {
+fn reference(scene: &Scene, file: &Path, &Arguments { tile, exact, .. }: &Arguments) -> Result<Estimate> {
     let (width, height) = (scene.picture.width as usize, scene.picture.height as usize);
     if file.extension().is_none_or(|e| e != "json") {
         let picture = common::reference(scene, file)?;
-        let mut film = Film::new(width, height);
-        for (i, texel) in picture.pixels().iter().enumerate() {
-            film.add(i % width, i / width, texel.map(f64::from).into());
-        }
-        let mut blocks = film.blocks(tile.unwrap_or(8) as usize);
-        // Its errors are unknown; it is taken as exact.
-        blocks.standard_errors.iter_mut().for_each(|e| *e = [0.0; 3]);
-        return Ok(Estimate::known("reference", &blocks, width, height));
+        return Ok(Estimate::from_picture("reference", &picture, tile.unwrap_or(8) as usize, exact));
     }
     let text = std::fs::read(file).with_context(|| format!("can't read {}", file.display()))?;
     let blocks = serde_json::from_slice::<BlockFile>(&text)

@@ -25,12 +25,13 @@ fn doubt_word(doubt: Doubt) -> &'static str {
         Doubt::Beside => "beside unseen",
         Doubt::Thin => "few samples",
         Doubt::Skewed => "heavy tail",
+        Doubt::FewPixels => "differing in three pixels or fewer",
     }
 }
 
 /// Untested tiles by the reason for it, and the first of each by column and row.
 fn doubts(pair: &Pair, columns: usize) -> Vec<(Doubt, Vec<[usize; 2]>)> {
-    let kinds = [Doubt::Unseen, Doubt::Beside, Doubt::Thin, Doubt::Skewed];
+    let kinds = [Doubt::Unseen, Doubt::Beside, Doubt::Thin, Doubt::Skewed, Doubt::FewPixels];
     let of = |kind| {
         let tiles = pair.tiles.iter().enumerate().filter(move |(_, t)| **t == TileTest::Doubtful(kind));
         (kind, tiles.map(|(i, _)| [i % columns, i / columns]).collect::<Vec<_>>())
