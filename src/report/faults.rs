@@ -54,7 +54,7 @@ pub fn fault_table(outcomes: &[Outcome], twins: &Twins, style: Style) -> String 
         };
         let line = if good { line } else { style.paint(&line, verdict) };
         let _ = writeln!(text, "{line}");
-        if !good {
+        if !good && !o.diagnosis.is_empty() {
             let _ = writeln!(text, "    {}", o.diagnosis);
         }
     }
@@ -80,7 +80,7 @@ pub fn fault_table(outcomes: &[Outcome], twins: &Twins, style: Style) -> String 
         );
     }
     for (name, times) in &twins.rejected {
-        let _ = writeln!(text, "    {name}: {times} times");
+        let _ = writeln!(text, "    did not pass, {times} times: {name}");
     }
     text
 }

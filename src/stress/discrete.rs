@@ -3,7 +3,7 @@
 use super::{CORNERS, Component, Kind, Reach, Row, Trial, Unit, missed_by_24_bits};
 use crate::domain::Discrete;
 use crate::random::ONE_MINUS_EPSILON_F64;
-use crate::sampler::{DiscreteCdf, Error, Sampler};
+use crate::sampler::{DiscreteAlias, DiscreteCdf, DiscreteGuide, Error, Sampler};
 use crate::statistics::CompensatedSum;
 
 const HERE: Component = Component::Discrete;
@@ -13,8 +13,15 @@ const STEP: f64 = 1.0 / 9_007_199_254_740_992.0;
 
 pub(super) fn rows() -> Vec<Row> {
     // One step for each of M entries leaves 2^53 - M to be shared; each boundary is rounded by a few steps.
-    let mut rows = discrete_rows(DiscreteCdf::new, |entries, largest| (4.0 + entries * largest) * STEP);
-    rows.extend(refusals());
+    let allowed = |entries: f64, largest: f64| (4.0 + entries * largest) * STEP;
+    let mut rows = discrete_rows(DiscreteCdf::new, allowed);
+    rows.extend(refusals(DiscreteCdf::new));
+    // The other forms have the same masses, and lose or find other entries.
+    let named = |form: &'static str| move |row: Row| Row { input: format!("{form}: {}", row.input), ..row };
+    let guide = discrete_rows(DiscreteGuide::new, allowed).into_iter().chain(refusals(DiscreteGuide::new));
+    rows.extend(guide.map(named("guide table")));
+    let alias = rows_of(DiscreteAlias::new, allowed, false).into_iter().chain(refusals(DiscreteAlias::new));
+    rows.extend(alias.map(named("alias table")));
     rows
 }
 
@@ -44,12 +51,22 @@ where
     E: std::fmt::Display,
     M: Fn(&[f64]) -> Result<S, E> + Clone + Send + Sync + 'static,
 {
+    rows_of(make, allowed, true)
+}
+
+/// The same; in order if growing variates draw growing indices.
+fn rows_of<S, E, M>(make: M, allowed: fn(entries: f64, largest: f64) -> f64, in_order: bool) -> Vec<Row>
+where
+    S: Sampler<Domain = Discrete>,
+    E: std::fmt::Display,
+    M: Fn(&[f64]) -> Result<S, E> + Clone + Send + Sync + 'static,
+{
     let row = |input: &str, entries: f64, largest: f64, weights: fn() -> Vec<f64>| {
         let make = make.clone();
         let ask = move |trial: &mut Trial| {
             let weights = weights();
             if let Some(sampler) = trial.accepted(make(&weights)) {
-                table(trial, &weights, &sampler);
+                table(trial, &weights, &sampler, in_order);
             }
         };
         let tolerance = (allowed(entries, largest), Unit::Absolute);
@@ -79,7 +96,7 @@ where
 }
 
 /// Masses against weights, whether each entry can be drawn, and that no entry of weight 0 is.
-fn table(trial: &mut Trial, weights: &[f64], sampler: &impl Sampler<Domain = Discrete>) {
+fn table(trial: &mut Trial, weights: &[f64], sampler: &impl Sampler<Domain = Discrete>, in_order: bool) {
     let largest = weights.iter().copied().fold(0.0, f64::max);
     let total: CompensatedSum = weights.iter().map(|w| w / largest).collect();
     let plain = weights.iter().fold(0.0_f32, |sum, &w| sum + w as f32);
@@ -98,6 +115,14 @@ fn table(trial: &mut Trial, weights: &[f64], sampler: &impl Sampler<Domain = Dis
     for xi in CORNERS {
         draw(trial, xi);
     }
+    // Each cell of an alias table has two entries, one at either end.
+    let mut drawn = vec![false; weights.len()];
+    let ends = |i: usize| [i as f64, ((i + 1) as f64).next_down()].map(|x| x / weights.len() as f64);
+    for xi in (0..weights.len()).filter(|_| !in_order).flat_map(ends) {
+        if let Some(drawn) = draw(trial, xi.min(ONE_MINUS_EPSILON_F64)).and_then(|i| drawn.get_mut(i)) {
+            *drawn = true;
+        }
+    }
     let (mut missed, mut missed_24) = (0, (0, 0.0));
     let mut start = CompensatedSum::new();
     for (i, w) in weights.iter().enumerate() {
@@ -111,20 +136,20 @@ fn table(trial: &mut Trial, weights: &[f64], sampler: &impl Sampler<Domain = Dis
             let own = sampler.invert(&i).map(|xi| xi[0]);
             let places = [Some(before), Some(0.5 * (before + end)), own];
             let places = places.into_iter().flatten().map(|xi| xi.min(ONE_MINUS_EPSILON_F64));
-            missed += u64::from(!places.into_iter().any(|xi| draw(trial, xi) == Some(i)));
+            missed += u64::from(!drawn[i] && !places.into_iter().any(|xi| draw(trial, xi) == Some(i)));
             if missed_by_24_bits((before, end)) {
                 missed_24 = (missed_24.0 + 1, missed_24.1 + mass);
             }
         }
     }
     let of = weights.iter().filter(|&&w| w > 0.0).count() as u64;
-    trial.reach(Reach { of, missed, missed_by_24_bits: Some(missed_24) });
+    trial.reach(Reach { of, missed, missed_by_24_bits: in_order.then_some(missed_24) });
 }
 
 /// Weights that make no table.
-fn refusals() -> Vec<Row> {
+fn refusals<S: 'static>(make: fn(&[f64]) -> Result<S, Error>) -> Vec<Row> {
     let row = |input: &str, should: &str, weights: Vec<f64>, is_right: fn(&Error) -> bool| {
-        let ask = move |trial: &mut Trial| trial.refused(DiscreteCdf::new(&weights), is_right);
+        let ask = move |trial: &mut Trial| trial.refused(make(&weights), is_right);
         HERE.row(Kind::Refusal, input, should, (0.0, Unit::Absolute), ask)
     };
     let at_2 = |x: f64| vec![1.0, 0.0, x, 1.0, x];
