@@ -544,8 +544,8 @@ fn compare_two(
     }
 
     // Only what would be an alarm is looked at again, so that the p-values of right estimates stay uniform.
-    let number = examined.iter().map(|(_, found)| found.len()).sum::<usize>() * number_of_pairs;
-    let alarm = criteria.level / number.max(1) as f64;
+    let all_tests = examined.iter().map(|(_, found)| found.len()).sum::<usize>() * number_of_pairs;
+    let alarm = criteria.level / all_tests.max(1) as f64;
     examined.retain(|(set, found)| {
         let mut alarms = found.iter().filter(|(_, t)| t.p < alarm).peekable();
         let hangs = alarms.peek().is_some() && alarms.all(|(c, t)| hangs_on_few(both, set, *c, t));

@@ -14,11 +14,11 @@ use std::fmt::Write;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn plan_table(plan: &Plan) -> String {
-    let mut out = format!("{:8}  {:20}  {:>10}  {:>10}  why\n", "", "part", "bytes", "ms");
+    let mut out = format!("{:8}  {:21}  {:>10}  {:>10}  why\n", "", "part", "bytes", "ms");
     for part in plan.parts() {
         let state = if part.built { "built" } else { "left out" };
         let ms = part.time.as_secs_f64() * 1e3;
-        let _ = writeln!(out, "{state:8}  {:20}  {:>10}  {ms:>10.3}  {}", part.name, part.bytes, part.why);
+        let _ = writeln!(out, "{state:8}  {:21}  {:>10}  {ms:>10.3}  {}", part.name, part.bytes, part.why);
     }
     let _ = writeln!(
         out,
