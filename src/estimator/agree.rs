@@ -14,8 +14,8 @@
 //! - is *thin* if fewer than [`Criteria::least_effective`] do; is *skewed* if the skewness of the batch means is more than 4 standard errors
 //!   sqrt(6 / batches), as it is if less than about six samples decide; neighbours of skewed tiles count as skewed, since those may have had bad luck.
 //!   Such tiles are put together, 2 x 2, 4 x 4, … places at a time, until they are neither, or they stay untested;
-//! - hangs on *few pixels* if its difference would make the pair differ, and would be nothing without the three pixels that make up most of it
-//!   and it passes at 1% then. The corner of a small lamp that no sample has met yet looks like that, and so does a firefly; so does a mistake
+//! - hangs on *few pixels* if its difference would make the pair differ, and is nothing (p over 1%) without the three pixels that make up most of
+//!   it. The corner of a small lamp that no sample has met yet looks like that, and so does a firefly; so does a mistake
 //!   in three pixels, which more samples or smaller tiles tell apart;
 //! - is *dark* if no estimate has seen light in it. That is agreement as far as anybody can tell, and is counted apart.
 //!
@@ -25,6 +25,7 @@
 //! What agreement is worth is said as an equivalence: the means differ by less than so much with 99% confidence ([`Pair::brightness_within`],
 //! [`Pair::tiles_within`]), the ends of the intervals of the same tests.
 
+use super::film::pixels_of_block;
 use super::{Blocks, Error, Film, Judgement, Lights, Progress, Settings, Strategy, render};
 use crate::picture::Picture;
 use crate::random::stream;
@@ -70,9 +71,8 @@ pub struct Estimate {
     pub non_finite: u64,
     tiles: Vec<Tile>,
     batches: usize,
-    /// Sums over the batches of the means of the pixels, row after row, and how many pixels a row has; nothing if only tiles are known.
-    pixels: Vec<DVec3>,
-    width: usize,
+    /// All batches together; `None` if only tiles are known.
+    film: Option<Film>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -114,36 +114,23 @@ impl Estimate {
 
     /// From a picture, such as another renderer's, whose samples are not known.
     ///
-    /// Unless it is said to be `exact`, its noise is estimated from how pixels differ from their neighbours: for a mean of two and the pixel between
-    /// them, (2 b - a - c)^2 / 6 has the variance of a pixel as its expectation where radiance is linear across the three, and more where it is not.
+    /// Unless it is said to be `exact`, its noise is estimated from how pixels differ from their neighbours: for a pixel b
+    /// between a and c, (2 b - a - c)^2 / 6 has the variance of a pixel as its expectation where radiance is linear across the three, and more where it is not.
     /// Along rows and along columns apart, the less of the two for each tile. Pixels that share samples, as filters make them, look less noisy than they are.
     pub fn from_picture(name: impl Into<String>, picture: &Picture, size: usize, exact: bool) -> Self {
         let (width, height) = (picture.width(), picture.height());
         let mut film = Film::new(width, height);
-        let at = |x: usize, y: usize| DVec3::from(picture.at(x, y).map(f64::from));
-        (0..width * height).for_each(|i| film.add(i % width, i / width, at(i % width, i / width)));
-        let mut blocks = film.blocks(size);
-        let bend = |a: DVec3, b: DVec3, c: DVec3| (2.0 * b - a - c).powf(2.0) / 6.0;
-        for (i, errors) in blocks.standard_errors.iter_mut().enumerate() {
-            let (left, top) = (i % blocks.columns * size, i / blocks.columns * size);
-            let (right, bottom) = ((left + size).min(width), (top + size).min(height));
-            let inside = || (top..bottom).flat_map(|y| (left..right).map(move |x| (x, y)));
-            let mean = |bends: Vec<DVec3>| {
-                (!bends.is_empty()).then(|| bends.iter().sum::<DVec3>() / bends.len() as f64)
-            };
-            let along = |x: usize, y: usize| bend(at(x - 1, y), at(x, y), at(x + 1, y));
-            let across = |x: usize, y: usize| bend(at(x, y - 1), at(x, y), at(x, y + 1));
-            let rows = inside().filter(|&(x, _)| x > 0 && x + 1 < width).map(|(x, y)| along(x, y));
-            let columns = inside().filter(|&(_, y)| y > 0 && y + 1 < height).map(|(x, y)| across(x, y));
-            let variance = match (mean(rows.collect()), mean(columns.collect())) {
-                _ if exact => DVec3::ZERO,
-                (Some(rows), Some(columns)) => rows.min(columns),
-                (one, other) => one.or(other).unwrap_or(DVec3::ZERO),
-            };
-            *errors = (variance / inside().count() as f64).map(f64::sqrt).to_array();
+        for (i, texel) in picture.pixels().iter().enumerate() {
+            film.add(i % width, i / width, texel.map(f64::from).into());
         }
-        let pixels = film.pixels().iter().map(|p| p.mean().into()).collect();
-        Self { pixels, ..Self::known(name, &blocks, width, height) }
+        let mut estimate = Self::known(name, &film.blocks(size), width, height);
+        for (i, tile) in estimate.tiles.iter_mut().enumerate() {
+            let block = pixels_of_block(i, size, [width, height]);
+            let variance = if exact { DVec3::ZERO } else { noise(picture, block) };
+            tile.error = (variance / tile.pixels).map(f64::sqrt).to_array();
+        }
+        estimate.film = Some(film);
+        estimate
     }
 
     /// From means that are known with their errors, such as another renderer's. `width` and `height` are those of the picture.
@@ -166,7 +153,7 @@ impl Estimate {
             squares: [0.0; 3],
         };
         let tiles = (0..columns * rows).map(tile).collect();
-        Self { name, size, columns, rows, non_finite: 0, tiles, batches: 0, pixels: Vec::new(), width }
+        Self { name, size, columns, rows, non_finite: 0, tiles, batches: 0, film: None }
     }
 
     fn add(&mut self, film: &Film) {
@@ -182,17 +169,19 @@ impl Estimate {
                 }
             }
         }
-        self.pixels.resize(film.pixels().len(), DVec3::ZERO);
-        self.pixels.iter_mut().zip(film.pixels()).for_each(|(sum, p)| *sum += DVec3::from(p.mean()));
+        match &mut self.film {
+            Some(all) => all.merge(film),
+            None => self.film = Some(film.clone()),
+        }
         self.batches += 1;
     }
 
-    /// The means of the pixels of a tile in a channel; nothing if they are not known.
-    fn pixels(&self, tile: usize, c: usize) -> Vec<f64> {
-        let (left, top) = (tile % self.columns * self.size, tile / self.columns * self.size);
-        let rows = self.pixels.chunks(self.width.max(1)).skip(top).take(self.size);
-        let pixels = rows.flat_map(|row| row.iter().skip(left).take(self.size));
-        pixels.map(|sum| sum[c] / self.batches.max(1) as f64).collect()
+    /// The means of the pixels of some tiles in a channel; `None` if they are not known.
+    fn pixels(&self, tiles: &[usize], c: usize) -> Option<Vec<f64>> {
+        let film = self.film.as_ref()?;
+        let size = [film.width(), film.height()];
+        let places = tiles.iter().flat_map(|&t| pixels_of_block(t, self.size, size));
+        Some(places.map(|(x, y)| film.pixel(x, y).mean()[c]).collect())
     }
 
     /// The mean over a batch of some tiles.
@@ -229,6 +218,26 @@ impl Estimate {
             effective: if squares > 0.0 { sum * sum / squares } else { 0.0 },
         }
     }
+}
+
+/// The variance of a pixel of a block as [`Estimate::from_picture`] says; 0 if no pixel has two neighbours.
+fn noise(picture: &Picture, block: impl Iterator<Item = (usize, usize)> + Clone) -> DVec3 {
+    let at = |x: usize, y: usize| DVec3::from(picture.at(x, y).map(f64::from));
+    let bend = |a: DVec3, b: DVec3, c: DVec3| (2.0 * b - a - c).powf(2.0) / 6.0;
+    let rows = block.clone().filter(|&(x, _)| x > 0 && x + 1 < picture.width());
+    let columns = block.filter(|&(_, y)| y > 0 && y + 1 < picture.height());
+    let rows = mean(rows.map(|(x, y)| bend(at(x - 1, y), at(x, y), at(x + 1, y))));
+    let columns = mean(columns.map(|(x, y)| bend(at(x, y - 1), at(x, y), at(x, y + 1))));
+    match (rows, columns) {
+        (Some(rows), Some(columns)) => rows.min(columns),
+        (one, other) => one.or(other).unwrap_or(DVec3::ZERO),
+    }
+}
+
+/// `None` of nothing.
+fn mean(values: impl Iterator<Item = DVec3>) -> Option<DVec3> {
+    let (sum, count) = values.fold((DVec3::ZERO, 0), |(sum, count), value| (sum + value, count + 1));
+    (count > 0).then(|| sum / f64::from(count))
 }
 
 /// Renders an estimate of `spp` passes a pixel, rounded up to a multiple of the batches (32, or as many as there are passes; at least 16).
@@ -419,9 +428,9 @@ pub fn agree(estimates: &[Estimate], criteria: Criteria) -> Result<Accord, Error
         return Err(Error::Shape { first: shape(&estimates[0]), second: shape(other) });
     }
     let (mut pairs, mut p_values) = (Vec::new(), Vec::new());
+    let number = estimates.len() * estimates.len().saturating_sub(1) / 2;
     for second in 1..estimates.len() {
         for first in 0..second {
-            let number = estimates.len() * (estimates.len() - 1) / 2;
             let (pair, ps) =
                 compare_two([&estimates[first], &estimates[second]], [first, second], number, &criteria);
             p_values.push(ps);
@@ -600,10 +609,7 @@ fn doubt(
 
 /// Whether the difference of some tiles is nothing without the few pixels that make up most of it; not if pixels are not known.
 fn hangs_on_few(both: [&Estimate; 2], set: &[usize], c: usize, test: &Tested) -> bool {
-    let [a, b] = both.map(|e| set.iter().flat_map(|&t| e.pixels(t, c)).collect::<Vec<_>>());
-    if a.is_empty() || b.is_empty() {
-        return false;
-    }
+    let [Some(a), Some(b)] = both.map(|e| e.pixels(set, c)) else { return false };
     let mut differences: Vec<f64> =
         a.iter().zip(&b).map(|(a, b)| (a - b) * test.difference.signum()).collect();
     differences.sort_by(|x, y| y.total_cmp(x));

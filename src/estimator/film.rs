@@ -160,13 +160,11 @@ impl Film {
             effective: vec![[0.0; 3]; columns * rows],
         };
         for block in 0..columns * rows {
-            let (left, top) = (block % columns * size, block / columns * size);
-            let (right, bottom) = ((left + size).min(self.width), (top + size).min(self.height));
-            let pixels = (top..bottom).flat_map(|y| &self.pixels[y * self.width..][left..right]);
-            let number = ((right - left) * (bottom - top)) as f64;
+            let pixels = pixels_of_block(block, size, [self.width, self.height]);
+            let number = pixels.clone().count() as f64;
             let (mut mean, mut variance) = (DVec3::ZERO, DVec3::ZERO);
             let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
-            for pixel in pixels {
+            for pixel in pixels.map(|(x, y)| self.pixel(x, y)) {
                 mean += DVec3::from(pixel.mean());
                 variance += DVec3::from(pixel.standard_error()).map(|e| e * e);
                 sum += pixel.sum;
@@ -179,6 +177,18 @@ impl Film {
         }
         blocks
     }
+}
+
+/// Columns and rows of the pixels of a block of `size` x `size` in a picture of some width and height, row after row.
+pub(super) fn pixels_of_block(
+    block: usize,
+    size: usize,
+    [width, height]: [usize; 2],
+) -> impl Iterator<Item = (usize, usize)> + Clone {
+    let columns = width.div_ceil(size);
+    let (left, top) = (block % columns * size, block / columns * size);
+    let (right, bottom) = ((left + size).min(width), (top + size).min(height));
+    (top..bottom).flat_map(move |y| (left..right).map(move |x| (x, y)))
 }
 
 /// Means over square blocks of pixels, row after row, linear RGB radiance.
