@@ -1,10 +1,39 @@
 //! The ways to use several threads, none of which changes a result. Without the feature `parallel` they are loops.
 
+use std::sync::Mutex;
+
+/// Pieces a thread, so that no thread is left with a long one.
+#[cfg(feature = "parallel")]
+const PIECES: usize = 16;
+
+/// `f(0)`, `f(1)`, …, `f(count - 1)`, in any order. The one loop that rayon is asked for, so that what it is made of is compiled once and not once a caller.
+#[cfg(feature = "parallel")]
+fn each(count: usize, f: &(dyn Fn(usize) + Sync)) {
+    use rayon::prelude::*;
+    (0..count).into_par_iter().for_each(f);
+}
+
+/// `f(0)`, `f(1)`, …, `f(count - 1)`.
+#[cfg(not(feature = "parallel"))]
+fn each(count: usize, f: &(dyn Fn(usize) + Sync)) {
+    (0..count).for_each(f);
+}
+
+/// What a mutex held. Where a thread has panicked, the panic goes on by itself.
+fn inner<T>(mutex: Mutex<T>) -> T {
+    mutex.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
 /// `f(0), f(1), …, f(count - 1)`, in this order whatever the number of threads.
 #[cfg(feature = "parallel")]
 pub(crate) fn map<T: Send>(count: usize, f: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
-    use rayon::prelude::*;
-    (0..count).into_par_iter().map(f).collect()
+    let size = count.div_ceil(PIECES * rayon::current_num_threads()).max(1);
+    let pieces: Vec<Mutex<Vec<T>>> = (0..count.div_ceil(size)).map(|_| Mutex::default()).collect();
+    each(pieces.len(), &|piece| {
+        let made = (piece * size..count.min((piece + 1) * size)).map(&f).collect();
+        *pieces[piece].lock().expect("one thread a piece") = made;
+    });
+    pieces.into_iter().flat_map(inner).collect()
 }
 
 /// `f(0), f(1), …, f(count - 1)`.
@@ -26,16 +55,9 @@ pub(crate) fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnc
 }
 
 /// `f(0, first chunk), f(1, second chunk), …`, each chunk of `size` items but the last.
-#[cfg(feature = "parallel")]
 pub(crate) fn chunks_mut<T: Send>(items: &mut [T], size: usize, f: impl Fn(usize, &mut [T]) + Send + Sync) {
-    use rayon::prelude::*;
-    items.par_chunks_mut(size).enumerate().for_each(|(i, chunk)| f(i, chunk));
-}
-
-/// `f(0, first chunk), f(1, second chunk), …`, each chunk of `size` items but the last.
-#[cfg(not(feature = "parallel"))]
-pub(crate) fn chunks_mut<T: Send>(items: &mut [T], size: usize, f: impl Fn(usize, &mut [T]) + Send + Sync) {
-    items.chunks_mut(size).enumerate().for_each(|(i, chunk)| f(i, chunk));
+    let chunks: Vec<_> = items.chunks_mut(size).map(Mutex::new).collect();
+    each(chunks.len(), &|i| f(i, &mut chunks[i].lock().expect("one thread a chunk")));
 }
 
 /// Adds `0..count` to sums that each start `empty`, and merges those. Only for sums that come out the same in any order: integers.

@@ -98,23 +98,3 @@ fn edit_distance(a: &str, b: &str) -> usize {
     }
     row[b.len()]
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_found_or_corrected() {
-        let all = entries(Path::new("data"));
-        assert_eq!(find(&all, "phong/50").unwrap().len(), 1);
-        assert!(find(&all, "phong").unwrap().len() > 3);
-        assert!(find(&all, "phon").is_err_and(|near| near == Some("phong")));
-        assert!(find(&all, "ggx/0.05x").is_err_and(|near| near.is_some_and(|n| n.starts_with("ggx/"))));
-        assert!(find(&all, "light/cornell").is_err_and(|near| near == Some("light/cornell-from-floor")));
-        assert!(find(&all, "entirely-different-thing").is_err_and(|near| near.is_none()));
-        let mut names: Vec<_> = all.iter().map(|e| &e.name).collect();
-        names.sort();
-        names.dedup();
-        assert_eq!(names.len(), all.len(), "two entries share a name");
-    }
-}

@@ -9,11 +9,12 @@
 use super::brdf::{ALL_LOBES, GGX, Lobes, NO_LOBES, PHONG};
 use super::integrator::Directions;
 use super::{AUTO_PASSES, AUTO_WEIGHTS, Film, Integrator, Lights, Strategy, VARIATES};
+use crate::parallel;
 use crate::random::{fill_unit, stream, unit_f64};
 use crate::scene::Scene;
 use glam::Vec3;
 use rand::Rng;
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Pixels that share a stream in a pass.
@@ -161,22 +162,20 @@ impl Rendered {
     fn pass<const LOBES: Lobes>(&mut self, integrator: &Integrator, width: usize) {
         let (seed, pass) = (self.seed, self.passes);
         let weights = self.weights.as_deref();
-        let tiles = self.film.pixels_mut().par_chunks_mut(TILE).enumerate();
-        let non_finite = tiles.map(|(tile, pixels)| {
-            let mut non_finite = 0;
+        let non_finite = AtomicU64::new(0);
+        parallel::chunks_mut(self.film.pixels_mut(), TILE, |tile, pixels| {
             let rng = stream(seed, "render", u64::from(pass) << 32 | tile as u64);
             for (pixel, (i, x, y, xi)) in pixels.iter_mut().zip(samples(integrator, rng, tile, width)) {
                 let directions = weights.map_or(integrator.directions(), |w| Directions::Mixture(w[i]));
                 let mut radiance = integrator.radiance_by::<LOBES>(directions, x, y, xi);
                 if !radiance.is_finite() {
                     radiance = Vec3::ZERO;
-                    non_finite += 1;
+                    non_finite.fetch_add(1, Ordering::Relaxed);
                 }
                 pixel.add(radiance.as_dvec3());
             }
-            non_finite
         });
-        self.non_finite += non_finite.sum::<u64>();
+        self.non_finite += non_finite.into_inner();
         self.passes += 1;
     }
 }
@@ -200,7 +199,7 @@ fn samples(
 /// The weights of [`Strategy::MisAuto`]: see the file on strategies.
 fn choose_weights(integrator: &Integrator, width: usize, height: usize, seed: u64) -> Box<[f32]> {
     let mut moments = vec![[0.0; AUTO_WEIGHTS.len()]; width * height];
-    moments.par_chunks_mut(TILE).enumerate().for_each(|(tile, pixels)| {
+    parallel::chunks_mut(&mut moments, TILE, |tile, pixels| {
         for pass in 0..AUTO_PASSES {
             let rng = stream(seed, "weights of mis:auto", u64::from(pass) << 32 | tile as u64);
             for (sums, (_, x, y, xi)) in pixels.iter_mut().zip(samples(integrator, rng, tile, width)) {

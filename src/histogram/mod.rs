@@ -4,7 +4,7 @@
 //! hemisphere, …). A pixel's count over the number of samples and over the pixel's measure is the density there, which is to be compared with
 //! the density that the sampler claims.
 
-use crate::domain::{Domain, Pixels, Space};
+use crate::domain::{Domain, Pixels};
 use crate::pages::Pages;
 use crate::random::{fill_unit, stream};
 use crate::sampler::Sampler;
@@ -61,9 +61,9 @@ impl Counts {
     }
 
     /// The samples of some shards.
-    fn draw<S: Sampler>(
+    fn draw<D: Domain>(
         &mut self,
-        sampler: &S,
+        sampler: &dyn Sampler<Domain = D>,
         pixels: &Pixels,
         settings: &Settings,
         shards: std::ops::Range<u64>,
@@ -104,7 +104,7 @@ impl Counts {
     }
 
     /// The samples of these variates.
-    fn count<S: Sampler>(&mut self, sampler: &S, pixels: &Pixels, xi: &[f64]) {
+    fn count<D: Domain>(&mut self, sampler: &dyn Sampler<Domain = D>, pixels: &Pixels, xi: &[f64]) {
         let (domain, dimensions) = (sampler.domain(), sampler.dimensions());
         let counts = &mut *self.pixels;
         let mut points = [const { None }; CHUNK];
@@ -161,6 +161,16 @@ impl Histogram {
     /// assert_eq!(histogram.counts.iter().sum::<u64>(), 10_000);
     /// ```
     pub fn draw<S: Sampler>(sampler: &S, width: usize, height: usize, settings: &Settings) -> Self {
+        Self::draw_any(sampler, width, height, settings)
+    }
+
+    /// Compiled once a domain.
+    fn draw_any<D: Domain>(
+        sampler: &dyn Sampler<Domain = D>,
+        width: usize,
+        height: usize,
+        settings: &Settings,
+    ) -> Self {
         let cells = width * height;
         let empty = Self { width, height, counts: vec![0; cells], samples: 0, rejected: 0, outside: 0 };
         let pixels = Pixels::new(width, height);
@@ -228,6 +238,10 @@ impl Histogram {
 
 /// The density that a sampler claims at the middle of every pixel of its domain's picture; NaN outside.
 pub fn claimed_density<S: Sampler>(sampler: &S, width: usize, height: usize) -> Vec<f64> {
+    claimed_by(sampler, width, height)
+}
+
+fn claimed_by<D: Domain>(sampler: &dyn Sampler<Domain = D>, width: usize, height: usize) -> Vec<f64> {
     let domain = sampler.domain();
     crate::parallel::map(height, |row| {
         (0..width)

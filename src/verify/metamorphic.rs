@@ -98,7 +98,7 @@ where
 
 fn hold<'a, S: Sampler + 'a, E: Display>(built: Result<S, E>) -> Result<Box<dyn Table + 'a>, String> {
     match built {
-        Ok(sampler) => Ok(Box::new(Held { domain: sampler.domain(), sampler })),
+        Ok(sampler) => Ok(Box::new(Held { domain: sampler.domain(), sampler: Box::new(sampler) })),
         Err(error) => Err(format!("the builder refuses it: {error}")),
     }
 }
@@ -184,12 +184,12 @@ trait Table {
     fn sample(&self, xi: &[f64]) -> String;
 }
 
-struct Held<S: Sampler> {
-    sampler: S,
-    domain: S::Domain,
+struct Held<'a, D: Domain> {
+    sampler: Box<dyn Sampler<Domain = D> + 'a>,
+    domain: D,
 }
 
-impl<S: Sampler> Table for Held<S> {
+impl<D: Domain> Table for Held<'_, D> {
     fn space(&self) -> &dyn Space {
         &self.domain
     }

@@ -89,6 +89,6 @@ use crate::sampler::Sampler;
 /// println!("{report}");
 /// report.assert();
 /// ```
-pub fn verify<S: Sampler>(sampler: &S) -> Verify<'_, S> {
-    Verify::new(sampler)
+pub fn verify<S: Sampler>(sampler: &S) -> Verify<'_, S::Domain> {
+    Verify::new(sampler, std::any::type_name::<S>())
 }

@@ -1,9 +1,10 @@
 //! A sampler as the checks see it: variates in, locations and densities out, whatever its points are.
 //!
-//! The checks are compiled once, against [`Probe`]; only the loops of this file, where samples are drawn, are compiled for every sampler.
+//! The checks are compiled once, against [`Probe`]; only the loops of this file, where samples are drawn, are compiled for every domain, and none for every
+//! sampler: whoever tests many of their own waits for the compiler no longer.
 
 use crate::domain::{Cell, Domain, Knots, Location, Space};
-use crate::sampler::{PointOf, Preimage, Sampler, fill_vec};
+use crate::sampler::{Preimage, Sampler, fill_vec};
 
 /// What became of one set of variates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -169,16 +170,16 @@ pub(super) fn each_pilot(count: usize, most: usize) -> Vec<f64> {
 }
 
 /// A sampler that can be asked. What was drawn by somebody else is a [`Recording`](super::recording::Recording).
-pub(super) struct Subject<'a, S: Sampler> {
-    sampler: &'a S,
-    domain: S::Domain,
+pub(super) struct Subject<'a, D: Domain> {
+    sampler: &'a dyn Sampler<Domain = D>,
+    domain: D,
     knots: Knots,
     dimensions: usize,
-    extras: &'a Extras<'a, PointOf<S>>,
+    extras: &'a Extras<'a, D::Point>,
 }
 
-impl<'a, S: Sampler> Subject<'a, S> {
-    pub fn new(sampler: &'a S, extras: &'a Extras<'a, PointOf<S>>) -> Self {
+impl<'a, D: Domain> Subject<'a, D> {
+    pub fn new(sampler: &'a dyn Sampler<Domain = D>, extras: &'a Extras<'a, D::Point>) -> Self {
         Self {
             domain: sampler.domain(),
             knots: sampler.knots(),
@@ -189,7 +190,7 @@ impl<'a, S: Sampler> Subject<'a, S> {
     }
 
     /// The points of all sets of variates; `None` if any has none.
-    fn points_of(&self, xi: &[f64]) -> Option<Vec<PointOf<S>>> {
+    fn points_of(&self, xi: &[f64]) -> Option<Vec<D::Point>> {
         let mut samples = Vec::new();
         fill_vec(self.sampler, xi, &mut samples);
         samples.into_iter().map(|sample| Some(sample?.point)).collect()
@@ -201,7 +202,7 @@ impl<'a, S: Sampler> Subject<'a, S> {
     }
 }
 
-impl<S: Sampler> Probe for Subject<'_, S> {
+impl<D: Domain> Probe for Subject<'_, D> {
     fn space(&self) -> &dyn Space {
         &self.domain
     }
@@ -227,7 +228,7 @@ impl<S: Sampler> Probe for Subject<'_, S> {
         values.clear();
         let mut samples = Vec::new();
         fill_vec(self.sampler, xi, &mut samples);
-        let every = |step: usize| -> Vec<PointOf<S>> {
+        let every = |step: usize| -> Vec<D::Point> {
             samples.iter().step_by(step).flatten().map(|sample| sample.point.clone()).collect()
         };
         let (mut asked, mut places) = (Vec::new(), Vec::with_capacity(samples.len()));
@@ -322,7 +323,7 @@ impl<S: Sampler> Probe for Subject<'_, S> {
             let at = [0, 1].map(|axis| (a.at[axis] + part * step[axis]).rem_euclid(1.0));
             self.domain.point(a.patch, at).0
         };
-        let points: Vec<PointOf<S>> = parts.iter().map(between).collect();
+        let points: Vec<D::Point> = parts.iter().map(between).collect();
         let mut densities = Vec::with_capacity(parts.len());
         self.sampler.density_many(&points, &mut densities);
         (a.patch == b.patch).then_some(densities)

@@ -5,8 +5,8 @@ use super::finding::{Finding, Verdict};
 use super::probe::{Extras, Importance, Known, Subject};
 use super::report::Report;
 use super::setters::setters;
-use crate::domain::Space;
-use crate::sampler::{PointOf, Sampler};
+use crate::domain::{Domain, Space};
+use crate::sampler::Sampler;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -82,14 +82,14 @@ impl Settings {
 }
 
 /// A verification that is being set up; see [`verify`](super::verify).
-pub struct Verify<'a, S: Sampler> {
-    sampler: &'a S,
-    extras: Extras<'a, PointOf<S>>,
+pub struct Verify<'a, D: Domain> {
+    sampler: &'a dyn Sampler<Domain = D>,
+    extras: Extras<'a, D::Point>,
     name: String,
     settings: Settings,
 }
 
-impl<'a, S: Sampler> Verify<'a, S> {
+impl<'a, D: Domain> Verify<'a, D> {
     setters! {
         name: "What the report calls the sampler.";
         samples: "How many samples to draw; 1e6 unless told.";
@@ -99,8 +99,8 @@ impl<'a, S: Sampler> Verify<'a, S> {
         run: "Runs the checks and judges them.";
     }
 
-    pub(super) fn new(sampler: &'a S) -> Self {
-        let full = std::any::type_name::<S>();
+    /// `full`: the name of the sampler's type.
+    pub(super) fn new(sampler: &'a dyn Sampler<Domain = D>, full: &str) -> Self {
         // "warpcheck::sampler::phong::PhongLobe" -> "PhongLobe"
         let head = full.split('<').next().unwrap_or(full);
         let name = head.rsplit("::").next().unwrap_or(full).to_owned();
@@ -165,7 +165,7 @@ impl<'a, S: Sampler> Verify<'a, S> {
     /// let half = from_fn(Square, |[u, v]: [f64; 2]| [0.5 * u, v], |p: [f64; 2]| if p[0] < 0.5 { 2.0 } else { 0.0 });
     /// warpcheck::verify(&half).target(|p| if p.x < 0.4 { 1.0 } else { 0.0 }).samples(50_000).run().assert();
     /// ```
-    pub fn target(mut self, target: impl Fn(&PointOf<S>) -> f64 + Send + Sync + 'a) -> Self {
+    pub fn target(mut self, target: impl Fn(&D::Point) -> f64 + Send + Sync + 'a) -> Self {
         self.extras.target = Some(Box::new(target));
         self
     }
@@ -183,7 +183,7 @@ impl<'a, S: Sampler> Verify<'a, S> {
     pub fn integral(
         mut self,
         name: impl Into<String>,
-        function: impl Fn(&PointOf<S>) -> f64 + Send + Sync + 'a,
+        function: impl Fn(&D::Point) -> f64 + Send + Sync + 'a,
         integral: f64,
     ) -> Self {
         self.extras.known.push(Known { name: name.into(), function: Box::new(function), integral });
@@ -204,11 +204,7 @@ impl<'a, S: Sampler> Verify<'a, S> {
     /// # Panics
     /// Unless the spread is at least 0.
     #[track_caller]
-    pub fn importance(
-        mut self,
-        function: impl Fn(&PointOf<S>) -> f64 + Send + Sync + 'a,
-        spread: f64,
-    ) -> Self {
+    pub fn importance(mut self, function: impl Fn(&D::Point) -> f64 + Send + Sync + 'a, spread: f64) -> Self {
         assert!(spread >= 0.0, "the spread is {spread}; it must be at least 0");
         self.extras.importance = Some(Importance { function: Box::new(function), spread });
         self
@@ -218,7 +214,7 @@ impl<'a, S: Sampler> Verify<'a, S> {
     pub fn rival(
         mut self,
         name: impl Into<String>,
-        density: impl Fn(&PointOf<S>) -> f64 + Send + Sync + 'a,
+        density: impl Fn(&D::Point) -> f64 + Send + Sync + 'a,
     ) -> Self {
         self.extras.rivals.push((name.into(), Box::new(density)));
         self

@@ -65,12 +65,12 @@ trait Source: Sync {
     fn complaint(&self, xi: &[f64]) -> String;
 }
 
-struct Drawing<'a, S: Sampler> {
-    sampler: &'a S,
-    domain: S::Domain,
+struct Drawing<'a, D: Domain> {
+    sampler: &'a dyn Sampler<Domain = D>,
+    domain: D,
 }
 
-impl<S: Sampler> Source for Drawing<'_, S> {
+impl<D: Domain> Source for Drawing<'_, D> {
     fn space(&self) -> &dyn Space {
         &self.domain
     }

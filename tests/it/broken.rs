@@ -61,6 +61,24 @@ fn bites(family: &str, but: &[&str]) {
 }
 
 #[test]
+fn names_are_their_own_and_families_are_known() {
+    let faults = fault::all();
+    let mut names: Vec<_> = faults.iter().map(|f| f.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), faults.len());
+    for fault in &faults {
+        assert!(
+            !fault.wrong.is_empty() && !fault.seen.is_empty() && !fault.caught_by.is_empty(),
+            "{}",
+            fault.name
+        );
+        assert!(fault.name.contains('/'), "{}", fault.name);
+    }
+    assert_eq!(faults.iter().filter(|f| f.held_back).count(), 10);
+}
+
+#[test]
 fn discrete() {
     bites("discrete", &["discrete/f32-running-sum"]);
 }
