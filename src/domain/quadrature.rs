@@ -265,7 +265,7 @@ fn pieces(
 }
 
 /// The integral of `density` over `cell` once more, by another rule that shares no node with [`Integrator`] and can't fall into step with
-/// the integrand: jittered points, one in each of a few thousand strata. Returns the value and its standard error, from the differences of
+/// the integrand: jittered points, one in each of about `strata` strata. Returns the value and its standard error, from the differences of
 /// neighbouring strata, which is if anything too large.
 pub fn integrate_at_random(
     space: &dyn Space,
@@ -273,11 +273,11 @@ pub fn integrate_at_random(
     knots: &Knots,
     grading: &Knots,
     density: &ChartDensity<'_>,
+    strata: usize,
     uniform: &mut dyn FnMut() -> f64,
 ) -> (f64, f64) {
-    const STRATA: usize = 4096;
     let pieces = pieces(space, cell, knots, grading);
-    let each = (STRATA / pieces.len()).max(4);
+    let each = (strata / pieces.len()).max(4);
     let (columns, rows) = if space.axes() == 2 {
         let side = (each as f64).sqrt() as usize;
         (side.next_multiple_of(2), side)

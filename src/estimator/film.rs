@@ -231,26 +231,6 @@ mod tests {
         assert_eq!(stalled / n as f32, 0.25);
     }
 
-    /// The questions that anybody's film is asked.
-    #[test]
-    fn the_film_is_verified() {
-        let mean = |streams: Vec<crate::verify::Values>| {
-            let film = std::sync::Mutex::new(Film::new(1, 1));
-            std::thread::scope(|scope| {
-                for stream in streams {
-                    let film = &film;
-                    scope.spawn(move || {
-                        let mut mine = Film::new(1, 1);
-                        stream.for_each(|x| mine.add(0, 0, DVec3::splat(x.unwrap_or(0.0))));
-                        film.lock().unwrap().merge(&mine);
-                    });
-                }
-            });
-            film.into_inner().unwrap().pixel(0, 0).mean()[1]
-        };
-        crate::verify::film(mean).name("our film").run().assert();
-    }
-
     #[test]
     fn relative_error_of_a_picture() {
         let mut film = Film::new(2, 1);

@@ -255,31 +255,3 @@ fn claimed_by<D: Domain>(sampler: &dyn Sampler<Domain = D>, width: usize, height
     })
     .concat()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sampler::{BarycentricWarp, CosineHemisphere, TriangleWarp};
-
-    fn agrees<S: Sampler>(sampler: &S, size: usize) {
-        let settings = Settings { samples: 2_000_000, seed: 5, ..Settings::default() };
-        let histogram = Histogram::draw(sampler, size, size, &settings);
-        let (drawn, claimed) = (histogram.density(&sampler.domain()), claimed_density(sampler, size, size));
-        let (mut sum, mut cells) = (0.0, 0);
-        for (i, (a, b)) in drawn.iter().zip(&claimed).enumerate() {
-            if b.is_nan() || histogram.counts[i] < 2000 {
-                continue;
-            }
-            sum += ((a - b) / b).powi(2) * histogram.counts[i] as f64;
-            cells += 1;
-        }
-        // Pixels on the border are measured coarsely; those inside have a chi-square of about 1 each.
-        assert!(cells > size && sum / f64::from(cells as u32) < 3.0, "{sum} over {cells} pixels");
-    }
-
-    #[test]
-    fn densities_agree_with_what_is_claimed() {
-        agrees(&CosineHemisphere, 24);
-        agrees(&BarycentricWarp::new(TriangleWarp::SquareRoot, 3.0).unwrap(), 24);
-    }
-}

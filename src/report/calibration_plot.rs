@@ -197,24 +197,3 @@ fn explain<'a>(
     }
     Ok(())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::calibration::{Candidate, Plan, calibrate};
-    use crate::sampler::UniformSphere;
-
-    #[test]
-    fn names_every_check_that_involves_chance() {
-        let plan = Plan { runs: 25, samples: 2_000, anytime_samples: 2_000, ..Plan::default() };
-        let calibration = calibrate(&[Candidate::sampler("sphere", &UniformSphere)], &plan);
-        let svg = calibration_plot(&calibration).unwrap();
-        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{svg}");
-        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
-        for word in ["chi-square", "independence", "whole verdict", "sequential, peeking", "25 runs, seed 1"]
-        {
-            assert!(svg.contains(word), "{word}");
-        }
-        assert!(!svg.contains("normalisation"), "nothing to draw on a logarithmic axis");
-    }
-}

@@ -179,8 +179,6 @@ fn grow(bounds: &[(DVec3, DVec3, f64)], order: &mut [u32], nodes: &mut Vec<Node>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::domain::Discrete;
-    use crate::sampler::from_fn;
 
     fn lights(count: usize) -> Vec<([Vec3; 3], f64)> {
         let at = |i: usize| {
@@ -205,10 +203,6 @@ mod tests {
             }
             assert_eq!(tree.mass(Vec3::ZERO, count), 0.0);
         }
-        let (tree, x) = (LightTree::new(lights(40)).unwrap(), Vec3::new(1.0, 2.0, 0.5));
-        let sampler =
-            from_fn(Discrete::new(40), |[u]: [f64; 1]| tree.choose(x, u).0, |i: usize| tree.mass(x, i));
-        crate::verify(&sampler).name("light tree").samples(1 << 17).run().assert();
     }
 
     /// Two small lights: 2 / 1 against 1 / 9 at three times the distance.

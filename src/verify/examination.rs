@@ -3,7 +3,7 @@
 use super::check::{BATTERY, Case, Rests};
 use super::diagnosis::{Diagnosis, diagnose};
 use super::edges::{self, EdgeProbe};
-use super::expectation::Expectation;
+use super::expectation::{DOUBTS, Expectation};
 use super::finding::{Evidence, Finding, Verdict};
 use super::history::{History, Look};
 use super::map::{CellFigure, Painter, ResidualMap};
@@ -158,6 +158,9 @@ impl Examination {
     }
 }
 
+/// Part of alpha below which a p-value condemns whatever else is tested.
+const BEYOND_DOUBT: f64 = 1e-6;
+
 pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> Examination {
     let start = Instant::now();
     let space = probe.space();
@@ -194,6 +197,13 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
         Evidence::Betting { conservative, .. } => (-conservative).exp() < settings.alpha,
         Evidence::Unanswered => false,
     };
+    // By so much that no correction for how much is tested matters.
+    let condemned = |finding: &Finding| match finding.evidence {
+        Evidence::Certain(verdict) => verdict == Verdict::Fail,
+        Evidence::Chance { conservative, .. } => conservative < BEYOND_DOUBT * settings.alpha,
+        Evidence::Betting { conservative, .. } => (-conservative).exp() < BEYOND_DOUBT * settings.alpha,
+        Evidence::Unanswered => false,
+    };
     let on_quadrature = |rests: Rests| matches!(rests, Rests::Quadrature | Rests::ExpectedCounts);
     let doubtful = checks
         .iter()
@@ -209,17 +219,29 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
             .any(|(check, findings)| !on_quadrature(check.rests()) && findings.iter().any(certain));
     // Nor is there anything to doubt in the integral of what is no number somewhere.
     if doubtful && !decided && expectation.total.bad.is_none() {
-        expectation.doubt(probe, settings.seed);
-        let case = Case { probe, expectation: &expectation, tally: &tally, settings };
-        for (check, findings) in checks.iter().zip(&mut found).filter(|(c, _)| on_quadrature(c.rests())) {
-            *findings = check.run(&case);
-        }
-        if bets.is_some() {
-            // The e-value depends on the counts alone, not on when they were looked at.
-            bets = Bets::new(&expectation);
-            bets.iter_mut().for_each(|bets| {
-                bets.look(&tally);
-            });
+        let errors = expectation.errors();
+        for points in DOUBTS {
+            expectation.reset(&errors);
+            expectation.doubt(probe, settings.seed, points);
+            let case = Case { probe, expectation: &expectation, tally: &tally, settings };
+            // Few points leave a wide margin. Who was suspected and fails even so fails with a narrower one too.
+            let mut settled = true;
+            for (check, findings) in checks.iter().zip(&mut found).filter(|(c, _)| on_quadrature(c.rests())) {
+                let suspected = findings.iter().filter(|finding| suspicious(finding)).count();
+                *findings = check.run(&case);
+                settled &= findings.iter().filter(|finding| condemned(finding)).count() >= suspected;
+            }
+            if bets.is_some() {
+                // The e-value depends on the counts alone, not on when they were looked at.
+                bets = Bets::new(&expectation);
+                bets.iter_mut().for_each(|bets| {
+                    bets.look(&tally);
+                });
+                settled &= bets.as_ref().is_some_and(|bets| condemned(&bets.finding(&tally)));
+            }
+            if settled {
+                break;
+            }
         }
     }
     let mut findings: Vec<Finding> = found.into_iter().flatten().collect();

@@ -285,14 +285,34 @@ impl Expectation {
         }
     }
 
-    /// Before anybody fails: integrates every leaf again by random points, and widens each error to what the two disagree about. The error
+    /// The errors that [`doubt`](Self::doubt) widens, to take that back.
+    pub(super) fn errors(&self) -> Errors {
+        let of = |integrals: &[Integral]| integrals.iter().map(|integral| integral.error).collect();
+        Errors {
+            leaves: of(&self.leaves),
+            total: self.total.error,
+            below: self.marginals.iter().map(|marginal| of(&marginal.below)).collect(),
+        }
+    }
+
+    /// Takes the errors back to what they were.
+    pub(super) fn reset(&mut self, errors: &Errors) {
+        let set = |integrals: &mut [Integral], errors: &[f64]| {
+            integrals.iter_mut().zip(errors).for_each(|(integral, &error)| integral.error = error);
+        };
+        set(&mut self.leaves, &errors.leaves);
+        self.total.error = errors.total;
+        self.marginals.iter_mut().zip(&errors.below).for_each(|(m, errors)| set(&mut m.below, errors));
+    }
+
+    /// Before anybody fails: integrates every leaf again by about so many random points, and widens each error to what the two disagree about. The error
     /// estimate of a quadrature rule is no bound where the integrand keeps step with the nodes, or has more edges than there are nodes.
-    pub(super) fn doubt(&mut self, probe: &dyn Probe, seed: u64) {
+    pub(super) fn doubt(&mut self, probe: &dyn Probe, seed: u64, points: usize) {
         if probe.space().axes() == 0 {
             return; // sums are exact
         }
         let partition = &self.partition;
-        let whole = |leaf: usize| at_random(probe, seed, partition, leaf, &partition.leaves()[leaf]);
+        let whole = |leaf: usize| at_random(probe, seed, points, partition, leaf, &partition.leaves()[leaf]);
         let again = crate::parallel::map(self.leaves.len(), whole);
         let (mut value, mut variance) = (0.0, 0.0);
         let densest = largest_at_samples(probe, seed, partition);
@@ -303,7 +323,7 @@ impl Expectation {
                 let cell = &partition.leaves()[i];
                 let chart =
                     (0..probe.space().axes()).map(|axis| cell.high[axis] - cell.low[axis]).product::<f64>();
-                let one = if mass > 0.0 { error * error / mass } else { densest[i] * chart / STRATA };
+                let one = if mass > 0.0 { error * error / mass } else { densest[i] * chart / points as f64 };
                 leaf.error = leaf.error.max((MISSED * one).min(1.0));
             }
             value += mass;
@@ -346,8 +366,16 @@ impl Expectation {
 const SLIVER_HITS: f64 = 16.0;
 /// Hits that may have been missed: e^-20 is the probability of none where so many are expected.
 const MISSED: f64 = 20.0;
-/// Random points of a leaf, about.
-const STRATA: f64 = 4096.0;
+/// Random points of a leaf, about: first few, which are enough where somebody is plainly wrong, then many.
+pub(super) const DOUBTS: [usize; 2] = [256, MANY];
+const MANY: usize = 4096;
+
+/// The errors of an [`Expectation`].
+pub(super) struct Errors {
+    leaves: Vec<f64>,
+    total: f64,
+    below: Vec<Vec<f64>>,
+}
 
 /// The largest density per chart area at samples in each leaf; 0 where none fell.
 fn largest_at_samples(probe: &dyn Probe, seed: u64, partition: &Partition) -> Vec<f64> {
@@ -429,12 +457,19 @@ fn mass_below(
 const SURE: f64 = 3.0;
 
 /// The mass of a leaf, or of a part of it, by random points, and its standard error.
-fn at_random(probe: &dyn Probe, seed: u64, partition: &Partition, leaf: usize, cell: &Cell) -> (f64, f64) {
+fn at_random(
+    probe: &dyn Probe,
+    seed: u64,
+    points: usize,
+    partition: &Partition,
+    leaf: usize,
+    cell: &Cell,
+) -> (f64, f64) {
     let mut rng = stream(seed, "doubt", leaf as u64);
     let mut uniform = || unit_f64(&mut rng);
     let density = |places: &[Location], out: &mut Vec<(f64, f64)>| probe.densities_at(places, out);
     let grading = partition.grading(leaf);
-    integrate_at_random(probe.space(), cell, probe.knots(), &grading, &density, &mut uniform)
+    integrate_at_random(probe.space(), cell, probe.knots(), &grading, &density, points, &mut uniform)
 }
 
 /// Where samples of a stream of their own fall.
@@ -501,8 +536,11 @@ fn take_given_masses(
         let agrees = |value: f64, error: f64| (mass - value).abs() <= error + rounding;
         if contradiction.is_none() && !agrees(integral.value, integral.error) {
             let exact = probe.space().axes() == 0;
-            let (again, error) =
-                if exact { (integral.value, 0.0) } else { at_random(probe, seed, partition, leaf, cell) };
+            let (again, error) = if exact {
+                (integral.value, 0.0)
+            } else {
+                at_random(probe, seed, MANY, partition, leaf, cell)
+            };
             if !agrees(again, SURE * error + (again - integral.value).abs()) {
                 let (place, value) = (probe.space().describe(cell), integral.value);
                 contradiction = Some(format!(

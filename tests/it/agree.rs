@@ -168,7 +168,7 @@ fn a_missing_selection_probability_is_caught() {
 /// A film whose sums have 6 bits stalls after some hundred samples, as `f32` does after 2^24.
 #[test]
 fn a_stalled_film_is_caught() {
-    let (scene, lights) = cornell("24");
+    let (scene, lights) = cornell("12");
     let integrator = Integrator::new(&scene, &lights, MIS);
     let rounded = |x: f64, bits: i32| {
         if x == 0.0 {
@@ -180,10 +180,10 @@ fn a_stalled_film_is_caught() {
     for (bits, expected) in [(30, Judgement::Agree), (6, Judgement::Differ)] {
         let films: Vec<_> = (0..32)
             .map(|batch| {
-                let mut film = Film::new(24, 24);
+                let mut film = Film::new(12, 12);
                 let mut rng = stream(4, "stalled", batch);
-                for i in 0..24 * 24 {
-                    let (x, y) = (i % 24, i / 24);
+                for i in 0..12 * 12 {
+                    let (x, y) = (i % 12, i / 12);
                     let mut sum = DVec3::ZERO;
                     for _ in 0..256 {
                         let [dx, dy, xi @ ..] = [(); 6].map(|()| unit_f64(&mut rng));
@@ -198,7 +198,7 @@ fn a_stalled_film_is_caught() {
             })
             .collect();
         let estimates =
-            [draw(&scene, &lights, LIGHT, 1024, 1, 8), Estimate::from_films("short sums", &films, 8)];
+            [draw(&scene, &lights, LIGHT, 1024, 1, 4), Estimate::from_films("short sums", &films, 4)];
         assert_eq!(judge(&estimates).judgement(), expected, "{bits} bits");
     }
 }

@@ -9,7 +9,7 @@ use warpcheck::sampler::*;
 use warpcheck::verify;
 use warpcheck::verify::{Diagnosis, Verdict};
 
-const SAMPLES: u64 = 200_000;
+const SAMPLES: u64 = 100_000;
 const SEED: u64 = 11;
 
 // Boxed, so that the checks are compiled once a domain and not once a sampler.

@@ -45,12 +45,12 @@ fn same(title: &str, a: &Blocks, b: &Blocks) {
 fn every_way_to_sample_lights_agrees() {
     let scene = scene("lamps_and_sky", 64);
     let lights = Lights::load(&scene).unwrap();
-    let reference = draw(&scene, &lights, Strategy::Mis { brdf_weight: 0.5 }, 256, 1).film.blocks(16);
+    let reference = draw(&scene, &lights, Strategy::Mis { brdf_weight: 0.5 }, 128, 1).film.blocks(16);
     let strategies = [Strategy::Light, Strategy::Mis { brdf_weight: 0.25 }, TWO, TWO_POWER];
     for (i, sampling) in LightSampling::all().enumerate() {
         let lights = Lights::load_with(&scene, sampling).unwrap();
         for (j, strategy) in strategies.into_iter().enumerate() {
-            let drawn = draw(&scene, &lights, strategy, 64, 10 + (4 * i + j) as u64).film.blocks(16);
+            let drawn = draw(&scene, &lights, strategy, 32, 10 + (4 * i + j) as u64).film.blocks(16);
             same(&format!("{strategy} with lights by {sampling}"), &drawn, &reference);
         }
     }

@@ -51,7 +51,7 @@ fn step_at(position: f64) -> u64 {
 }
 
 /// Samples whose memory is waited for together.
-pub(super) const BATCH: usize = 16;
+pub(super) const BATCH: usize = 32;
 
 /// `out[i]` from `from[i]`: N at a time by `many`, what is left by `one`. Both slices have the same length.
 #[inline]

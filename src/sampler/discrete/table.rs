@@ -9,7 +9,7 @@ use crate::sampler::Error;
 /// |---|---|---|---|---|
 /// | `Cdf` | 8 | log2 N, one after the other | kept | a few entries; as the baseline |
 /// | `Guide` | 20 to 32 | one, for one variate in ten two | kept | stratified or low-discrepancy variates, or if in doubt |
-/// | `Alias` | 16, of which 8 are searched | one | lost | independent variates, where speed is all |
+/// | `Alias` | 16, of which 8 are searched; from 2^17 entries on 20, and 4 | one | lost | independent variates, where speed is all |
 ///
 /// Order is kept where a larger variate never gives a smaller index: then strata of the variate are strata of the table, and neighbouring
 /// variates give neighbouring entries. The masses are the same in all forms, to the last bit. One at a time, a sample waits for memory; many at a time

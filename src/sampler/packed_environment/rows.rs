@@ -82,14 +82,21 @@ impl Rows {
                 columns[i] = self.row(rows[i].index).partition_point(|&last| last < step);
             }
         } else {
-            let mut starts = [0; N];
+            let (mut starts, mut crowded) = ([0; N], 0_u64);
             for i in 0..N {
                 let bucket = positions[i] as u32 as usize >> (31 - self.bits);
                 starts[i] = usize::from(guides[(rows[i].index << self.bits) + bucket]);
             }
+            // Both ends of what is searched, since they lie in two cache lines, and nothing else in between.
+            let (mut middles, mut ends) = ([0; N], [0; N]);
             for i in 0..N {
-                let middle = lasts[rows[i].index * self.width + starts[i] + LANES - 1];
-                starts[i] += if middle < positions[i] as i32 { LANES } else { 0 };
+                let first = rows[i].index * self.width + starts[i];
+                (middles[i], ends[i]) = (lasts[first + LANES - 1], lasts[first + 2 * LANES - 1]);
+            }
+            for i in 0..N {
+                let step = positions[i] as i32;
+                starts[i] += if middles[i] < step { LANES } else { 0 };
+                crowded |= u64::from(ends[i] < step) << i;
             }
             for i in 0..N {
                 let first = rows[i].index * self.width + starts[i];
@@ -98,10 +105,10 @@ impl Rows {
                     lasts[first..first + LANES].iter().map(|&last| i32::from(last < step)).sum();
                 columns[i] = starts[i] + passed as usize;
             }
-            for i in 0..N {
-                if columns[i] == starts[i] + LANES {
-                    columns[i] = self.crowded(rows[i].index, columns[i], positions[i] as u32);
-                }
+            while crowded != 0 {
+                let i = crowded.trailing_zeros() as usize % N;
+                crowded &= crowded - 1;
+                columns[i] = self.crowded(rows[i].index, columns[i], positions[i] as u32);
             }
         }
         let mut found = [Found::default(); N];
