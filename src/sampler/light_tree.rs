@@ -152,8 +152,9 @@ impl LightTree {
             let Node { centre, least, power } = self.nodes[branch.node];
             (power, centre.distance_squared(x.as_dvec3()).max(least))
         });
-        // w_left / (w_left + w_right) without the quotients.
-        (p * e / (p * e + q * d)).clamp(LEAST, 1.0 - LEAST)
+        // w_left / (w_left + w_right) without the quotients. Powers 1e-308 of the largest, and products of what is tiny, are no numbers any more.
+        let sum = p * e + q * d;
+        if sum > 0.0 { (p * e / sum).clamp(LEAST, 1.0 - LEAST) } else { 0.5 }
     }
 }
 

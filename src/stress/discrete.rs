@@ -3,8 +3,9 @@
 use super::{CORNERS, Component, Kind, Reach, Row, Trial, Unit, missed_by_24_bits};
 use crate::domain::Discrete;
 use crate::random::ONE_MINUS_EPSILON_F64;
-use crate::sampler::{DiscreteAlias, DiscreteCdf, DiscreteGuide, Error, Sampler};
+use crate::sampler::{DiscreteAlias, DiscreteCdf, DiscreteGuide, Error, LightTree, Sampler};
 use crate::statistics::CompensatedSum;
+use glam::Vec3;
 
 const HERE: Component = Component::Discrete;
 
@@ -22,7 +23,74 @@ pub(super) fn rows() -> Vec<Row> {
     rows.extend(guide.map(named("guide table")));
     let alias = rows_of(DiscreteAlias::new, allowed, false).into_iter().chain(refusals(DiscreteAlias::new));
     rows.extend(alias.map(named("alias table")));
+    rows.extend(light_trees());
     rows
+}
+
+/// Lights by power over squared distance: from anywhere the masses sum to 1, none is 0, and what is chosen has the mass that is asked.
+fn light_trees() -> Vec<Row> {
+    let from = |input: &str, lights: fn() -> Vec<([Vec3; 3], f64)>, places: &'static [Vec3]| {
+        let ask = move |trial: &mut Trial| {
+            let lights = lights();
+            let (count, mut missed) = (lights.len(), 0);
+            let Some(tree) = trial.accepted(LightTree::new(lights)) else { return };
+            for &x in places {
+                let mut sum = CompensatedSum::new();
+                for light in 0..count {
+                    let mass = tree.mass(x, light);
+                    missed += u64::from(!(mass > 0.0));
+                    sum.add(mass);
+                }
+                trial.compare(sum.value(), 1.0, || format!("sum of the masses from {x}"));
+                for xi in CORNERS.into_iter().chain(super::lattice(512).map(|[xi, _]| xi)) {
+                    let (light, mass) = tree.choose(x, xi);
+                    trial.must(light < count && mass == tree.mass(x, light), || {
+                        format!("from {x}, xi = {xi}: light {light} with the mass {mass:e}")
+                    });
+                }
+            }
+            trial.reach(Reach { of: (count * places.len()) as u64, missed, missed_by_24_bits: None });
+        };
+        let should = "masses sum to 1, none is 0";
+        HERE.row(Kind::Value, format!("light tree: {input}"), should, (1e-13, Unit::Absolute), ask)
+    };
+    const EVERYWHERE: [Vec3; 6] = [
+        Vec3::ZERO,
+        Vec3::X,
+        Vec3::new(1e-30, -1e-30, 0.0),
+        Vec3::new(3e38, 0.0, -3e38),
+        Vec3::new(-1e19, 1e10, 1.0),
+        Vec3::splat(f32::MIN_POSITIVE),
+    ];
+    fn at(x: f32, size: f32) -> [Vec3; 3] {
+        [Vec3::new(x, 0.0, 0.0), Vec3::new(x + size, 0.0, 0.0), Vec3::new(x, size, 0.0)]
+    }
+    let refused = |input: &str, power: f64| {
+        let ask = move |trial: &mut Trial| {
+            let tree = LightTree::new([(at(0.0, 1.0), 1.0), (at(1.0, 1.0), power)]);
+            trial.refused(tree, |e| matches!(e, Error::Weight { index: 1, .. }));
+        };
+        let input = format!("light tree: {input}");
+        HERE.row(Kind::Refusal, input, "names index 1", (0.0, Unit::Absolute), ask)
+    };
+    vec![
+        from("one light", || vec![(at(0.0, 1.0), 5e-324)], &EVERYWHERE),
+        from("powers 5e-324 and 1e308", || vec![(at(0.0, 1.0), 5e-324), (at(1.0, 1.0), 1e308)], &EVERYWHERE),
+        from(
+            "powers 1e308, 5e-324 and 5e-324",
+            || vec![(at(0.0, 1.0), 1e308), (at(8.0, 1.0), 5e-324), (at(9.0, 1.0), 5e-324)],
+            &EVERYWHERE,
+        ),
+        from(
+            "sizes and places from 1e-30 to 1e30",
+            || (-30..=30).map(|k| (at(10.0_f32.powi(k), 10.0_f32.powi(-k)), 10.0_f64.powi(k))).collect(),
+            &EVERYWHERE,
+        ),
+        from("a thousand in one place", || vec![(at(1.0, 0.0), 1.0); 1000], &EVERYWHERE),
+        refused("a power of 0", 0.0),
+        refused("a power of NaN", f64::NAN),
+        refused("an infinite power", f64::INFINITY),
+    ]
 }
 
 /// The rows of tables of weights, asked of the sampler that `make` makes of weights. `allowed` says how far a mass may be from w / sum w, from the

@@ -2,7 +2,10 @@
 
 use super::{Component, Kind, Reach, Row, Trial, Unit, corner_pairs, lattice, missed_by_24_bits};
 use crate::oracle::EnvironmentOracle;
-use crate::sampler::{DiscreteCdf, Environment, Error, RowWarp, luminance};
+use crate::sampler::{
+    DiscreteCdf, Environment, EnvironmentSample, Error, Form, PackedEnvironment, RadianceMap, RowWarp,
+    luminance,
+};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
@@ -14,6 +17,7 @@ pub(super) fn rows() -> Vec<Row> {
     let mut rows = maps();
     rows.extend(suns());
     rows.extend(borders());
+    rows.extend(packed());
     rows.extend(refusals());
     rows
 }
@@ -53,6 +57,10 @@ impl Map {
         Environment::new(self.width, self.height, self.texels.clone(), rows)
     }
 
+    fn pack(&self, rows: RowWarp, form: Form) -> Result<PackedEnvironment, Error> {
+        PackedEnvironment::new(RadianceMap::new(self.width, self.height, self.texels.clone())?, rows, form)
+    }
+
     fn oracle(&self) -> EnvironmentOracle {
         EnvironmentOracle::new(self.width, self.height, &self.texels)
     }
@@ -73,12 +81,23 @@ fn texel_of(map: &Map, w: DVec3) -> (usize, usize) {
     (index(phi / (2.0 * PI), map.width), index(theta / PI, map.height))
 }
 
-/// Densities against the oracle's, samples in texels with light, every lit texel reachable.
-fn judge(trial: &mut Trial, map: &Map, rows: RowWarp) {
-    let oracle = map.oracle();
-    let Some(made) = trial.accepted(map.make(rows)) else { return };
-    let drawn = |trial: &mut Trial, xi: [f64; 2]| {
-        let s = made.sample(xi);
+/// What a map answers: the sample for variates, the density of a direction.
+struct Answers<'a> {
+    sample: &'a dyn Fn([f64; 2]) -> EnvironmentSample,
+    density: &'a dyn Fn(Vec3) -> f32,
+}
+
+impl Answers<'_> {
+    /// A sample lies in a texel with light, has its radiance, and a density that is positive and, asked both ways, the oracle's. Returns its texel.
+    fn judge(
+        &self,
+        trial: &mut Trial,
+        map: &Map,
+        oracle: &EnvironmentOracle,
+        rows: RowWarp,
+        xi: [f64; 2],
+    ) -> (usize, usize) {
+        let s = (self.sample)(xi);
         let w = s.direction.as_dvec3();
         let (column, row) = texel_of(map, w);
         trial.must(
@@ -89,12 +108,20 @@ fn judge(trial: &mut Trial, map: &Map, rows: RowWarp) {
             .must(s.density > 0.0 && s.density.is_finite(), || format!("xi = {xi:?}: density {}", s.density));
         // Nearer to a pole the oracle's own theta, an arc cosine, has no digits.
         if w.truncate().length() > 1e-2 {
-            let truth = density(&oracle, rows, w);
+            let truth = density(oracle, rows, w);
             trial.compare(s.density.into(), truth, || format!("xi = {xi:?}"));
-            trial.compare(made.density(s.direction).into(), truth, || format!("direction {w}"));
+            trial.compare((self.density)(s.direction).into(), truth, || format!("direction {w}"));
         }
         (column, row)
-    };
+    }
+}
+
+/// Densities against the oracle's, samples in texels with light, every lit texel reachable.
+fn judge(trial: &mut Trial, map: &Map, rows: RowWarp) {
+    let oracle = map.oracle();
+    let Some(made) = trial.accepted(map.make(rows)) else { return };
+    let answers = Answers { sample: &|xi| made.sample(xi), density: &|w| made.density(w) };
+    let drawn = |trial: &mut Trial, xi: [f64; 2]| answers.judge(trial, map, &oracle, rows, xi);
     for xi in corner_pairs().chain(lattice(4_096)) {
         drawn(trial, xi);
     }
@@ -219,6 +246,88 @@ fn suns() -> Vec<Row> {
             "the same bits",
             (0.0, Unit::UlpF32),
             ask,
+        ));
+    }
+    rows
+}
+
+/// The same of packed tables, where a texel that has light has a step at least: what it says its mass is, is what is searched.
+fn judge_packed(trial: &mut Trial, map: &Map, rows: RowWarp, form: Form) {
+    let oracle = map.oracle();
+    let Some(made) = trial.accepted(map.pack(rows, form)) else { return };
+    let answers = Answers { sample: &|xi| made.sample(xi), density: &|w| made.density(w) };
+    for xi in corner_pairs().chain(lattice(4_096)) {
+        answers.judge(trial, map, &oracle, rows, xi);
+    }
+    reach_packed(trial, map, &made);
+}
+
+/// Which lit texels have no step; no dark one has one.
+fn reach_packed(trial: &mut Trial, map: &Map, made: &PackedEnvironment) {
+    let (mut of, mut missed) = (0, 0);
+    for (row, column) in (0..map.height).flat_map(|row| (0..map.width).map(move |column| (row, column))) {
+        let mass = made.texel_mass(column, row);
+        if map.is_lit(column, row) {
+            of += 1;
+            missed += u64::from(mass == 0.0);
+        } else {
+            trial.must(mass == 0.0, || format!("black texel ({column}, {row}) has the mass {mass:e}"));
+        }
+    }
+    trial.reach(Reach { of, missed, missed_by_24_bits: None });
+}
+
+/// Packed tables: rows of 2^31 steps, or all texels in 2^53.
+fn packed() -> Vec<Row> {
+    let mut rows = Vec::new();
+    let mut both = |input: &str, allowed: [f64; 2], map: &dyn Fn() -> Map, should: &str| {
+        for ((form, allowed), warp) in [(Form::Guide, allowed[0]), (Form::Alias, allowed[1])]
+            .into_iter()
+            .flat_map(|form| WARPS.map(|warp| (form, warp)))
+        {
+            let map = map();
+            let ask = move |trial: &mut Trial| judge_packed(trial, &map, warp, form);
+            let words = if form == Form::Guide { "guides" } else { "alias table" };
+            let input = format!("{words}: {input}, {}", name(warp));
+            rows.push(HERE.row(Kind::Value, input, should, (allowed, Unit::Relative), ask));
+        }
+    };
+    let should = "L / integral of L; no black texel";
+    // A step is 2^-31 of a row, the darkest texel of the ragged ones 3e-6 of its row.
+    let fine = [2e-4, 2e-6];
+    for (width, height) in [(1, 1), (1, 300), (300, 1), (3, 7)] {
+        both(&format!("{width}x{height}"), fine, &|| Map::ragged(width, height), should);
+    }
+    // A texel of sky is 1e-5 of the sun's row, 20,000 steps.
+    both(
+        "sun of 1e5, sky of 1, 512x256",
+        [1e-4, 2e-6],
+        &|| Map::sun(512, 256, 1e5, (100, 60)),
+        "the sky stays reachable",
+    );
+    rows.push(HERE.row(
+        Kind::Limit,
+        "guides: sun of 1e10, sky of 1, 512x256",
+        "a step for each texel of the sun's row",
+        (0.0, Unit::Absolute),
+        |trial| {
+            let map = Map::sun(512, 256, 1e10, (100, 60));
+            let Some(made) = trial.accepted(map.pack(RowWarp::UniformV, Form::Guide)) else { return };
+            reach_packed(trial, &map, &made);
+            let ratio = made.texel_mass(99, 60) / made.texel_mass(100, 60) * 1e10;
+            trial.note(format!("beside the sun the sky has {ratio:.1} times its share"));
+        },
+    ));
+    for form in [Form::Guide, Form::Alias] {
+        rows.push(HERE.row(
+            Kind::Refusal,
+            format!("{form:?}: all black"),
+            "says so",
+            (0.0, Unit::Absolute),
+            move |trial| {
+                let black = Map::new(7, 5, |_, _| [0.0; 3]).pack(RowWarp::UniformCosTheta, form);
+                trial.refused(black, |e| *e == Error::Black { width: 7, height: 5 });
+            },
         ));
     }
     rows

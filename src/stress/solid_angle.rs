@@ -3,7 +3,7 @@
 
 use super::{Component, Kind, Row, Trial, Unit, corner_pairs, lattice};
 use crate::oracle::solid_angle_of_triangle;
-use crate::sampler::{MeshLight, Sampler, SeenFrom, Sides, View};
+use crate::sampler::{MeshLight, Sampler, SeenFrom, Sides, SphericalTriangle, View};
 use crate::statistics::CompensatedSum;
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
@@ -17,6 +17,7 @@ pub(super) fn rows() -> Vec<Row> {
     let mut rows = nothing_seen();
     rows.extend(single_points());
     rows.extend(whole_triangles());
+    rows.extend(by_solid_angle());
     rows
 }
 
@@ -187,6 +188,63 @@ fn whole_triangles() -> Vec<Row> {
             (1e-6, Unit::Relative),
             reference,
         ),
+    ]
+}
+
+/// Uniform directions through triangles. With xi1 at its end the direction lies on the far edge, where it cuts off the share xi0 of the solid angle; between
+/// the second vertex and there, 1 - cos is even in xi1.
+fn by_solid_angle() -> Vec<Row> {
+    let through = |input: &str, x: Vec3, triangle: [Vec3; 3], allowed: f64| {
+        let ask = move |trial: &mut Trial| {
+            let Some(made) = SphericalTriangle::new(x, triangle) else {
+                return trial.must(false, || "has no solid angle".into());
+            };
+            let seen = triangle.map(|v| v.as_dvec3() - x.as_dvec3());
+            let truth = solid_angle_of_triangle(seen);
+            trial.compare(made.solid_angle(), truth, || "solid angle");
+            let [a, b, _] = seen.map(DVec3::normalize);
+            let last = crate::random::ONE_MINUS_EPSILON_F64;
+            for [xi0, xi1] in corner_pairs().chain(lattice(1_024)) {
+                let w = made.sample([xi0, xi1]);
+                trial.must(w.is_normalized(), || format!("xi = ({xi0}, {xi1}) gives {w}"));
+                // What is cut off has few digits where it is hardly anything.
+                if xi0 > 1e-3 {
+                    let on_edge = made.sample([xi0, last]);
+                    let share = solid_angle_of_triangle([a, b, on_edge]) / truth;
+                    trial.must((share / xi0 - 1.0).abs() < 1e-6, || format!("xi0 = {xi0} cuts off {share}"));
+                    let heights = [w, on_edge].map(|w| (w - b).length_squared());
+                    trial.must((heights[0] - xi1 * heights[1]).abs() <= 1e-6 * heights[1], || {
+                        format!("xi = ({xi0}, {xi1}): heights {heights:?}")
+                    });
+                }
+            }
+            trial.note(format!("{:.3e} sr", made.solid_angle()));
+        };
+        HERE.row(Kind::Value, format!("by solid angle: {input}"), "uniform", (allowed, Unit::Relative), ask)
+    };
+    let nowhere = |input: &str, x: Vec3, triangle: [Vec3; 3]| {
+        let ask = move |trial: &mut Trial| {
+            let made = SphericalTriangle::new(x, triangle);
+            trial.must(made.is_none(), || format!("{made:?}"));
+        };
+        HERE.row(Kind::Limit, format!("by solid angle: {input}"), "none", (0.0, Unit::Absolute), ask)
+    };
+    let far = |z: f32| UNIT.map(|v| v + Vec3::new(0.1, 0.2, z));
+    vec![
+        through("an octant", Vec3::ZERO, [Vec3::X, Vec3::Y, Vec3::Z], 1e-15),
+        through("x 1e-8 above a unit triangle", v(0.25, 0.25, 1e-8), UNIT, 1e-12),
+        through("edge 1e-4 at distance 1", Vec3::ZERO, far(1e4), 1e-12),
+        through("edge 1e-6 at distance 1", Vec3::ZERO, far(1e6), 1e-9),
+        through(
+            "a needle of 1 by 1e-6",
+            Vec3::ZERO,
+            [v(-0.5, 0.0, 1.0), v(0.5, 0.0, 1.0), v(0.0, 1e-6, 1.0)],
+            1e-9,
+        ),
+        through("scaled by 1e30", Vec3::ZERO, [Vec3::X, Vec3::Y, Vec3::Z].map(|v| 1e30 * v), 1e-15),
+        nowhere("x in its plane", v(3.0, -2.0, 0.0), UNIT),
+        nowhere("x in a vertex", Vec3::X, UNIT),
+        nowhere("collinear", Vec3::Z, [Vec3::ZERO, Vec3::X, 2.0 * Vec3::X]),
     ]
 }
 

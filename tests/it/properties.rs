@@ -7,6 +7,7 @@
 use glam::{DVec3, Vec2, Vec3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
+use std::f64::consts::PI;
 use warpcheck::random::{ONE_MINUS_EPSILON_F64, to_f32};
 use warpcheck::sampler::{Error, *};
 use warpcheck::statistics::{
@@ -353,6 +354,92 @@ proptest! {
                 }
             }
         }
+    }
+
+    /// Both packed forms: one at a time and many at a time the same bits, and what is drawn has light.
+    #[test]
+    fn packed_environment(
+        width in 1..40_usize,
+        texels in prop::collection::vec([magnitude_f32(), magnitude_f32(), magnitude_f32()], 1..200),
+        black in prop::collection::vec(any::<bool>(), 200),
+        xi in prop::collection::vec([variate(), variate()], 40),
+        w in direction(),
+    ) {
+        let height = texels.len() / width;
+        let mut texels = texels[..width * height].to_vec();
+        texels.iter_mut().zip(&black).for_each(|(t, &black)| if black { *t = [0.0; 3] });
+        let Ok(map) = RadianceMap::new(width, height, texels.clone()) else { return Ok(()) };
+        for (rows, form) in [
+            (RowWarp::UniformV, Form::Guide),
+            (RowWarp::UniformCosTheta, Form::Guide),
+            (RowWarp::UniformV, Form::Alias),
+            (RowWarp::UniformCosTheta, Form::Alias),
+        ] {
+            let Ok(packed) = PackedEnvironment::new(map.clone(), rows, form) else {
+                prop_assert!(texels.iter().all(|t| *t == [0.0; 3]));
+                continue;
+            };
+            let cells = || (0..height).flat_map(|row| (0..width).map(move |column| (column, row)));
+            let total: f64 = cells().map(|(column, row)| packed.texel_mass(column, row)).sum();
+            prop_assert!((total - 1.0).abs() < 1e-12, "{total}");
+            for (column, row) in cells() {
+                let lit = luminance(texels[row * width + column]) > 0.0;
+                prop_assert_eq!(packed.texel_mass(column, row) > 0.0, lit, "{} {}", column, row);
+            }
+            let mut together = vec![EnvironmentSample::default(); xi.len()];
+            packed.sample_all(&xi, &mut together);
+            for (&xi, s) in xi.iter().zip(&together) {
+                prop_assert_eq!(packed.sample(xi), *s);
+                prop_assert!(is_unit(s.direction) && luminance(s.radiance.into()) > 0.0, "{s:?}");
+                prop_assert!(s.density.is_finite() && s.density > 0.0, "{s:?}");
+                let asked = packed.density(s.direction);
+                prop_assert!((asked - s.density).abs() <= 1e-5 * s.density, "{s:?} {asked}");
+            }
+            prop_assert!(is_density(Sampler::density(&packed, &w.as_dvec3())));
+        }
+    }
+
+    /// Powers and places of any size, from anywhere.
+    #[test]
+    fn light_tree(
+        lights in prop::collection::vec(([vector(), vector(), vector()], magnitude()), 1..20),
+        x in vector(),
+        xi in prop::collection::vec(variate(), 8),
+    ) {
+        let tree = match LightTree::new(lights.iter().copied()) {
+            Ok(tree) => tree,
+            Err(error) => {
+                let first = lights.iter().position(|l| l.1 == 0.0);
+                prop_assert_eq!(Some(error), first.map(|index| Error::Weight { index, value: 0.0 }));
+                return Ok(());
+            }
+        };
+        let masses: Vec<f64> = (0..lights.len()).map(|light| tree.mass(x, light)).collect();
+        prop_assert!(masses.iter().all(|&mass| mass > 0.0 && mass <= 1.0), "{masses:?}");
+        prop_assert!((masses.iter().sum::<f64>() - 1.0).abs() < 1e-13, "{masses:?}");
+        for xi in xi {
+            let (light, mass) = tree.choose(x, xi);
+            prop_assert_eq!(mass, masses[light]);
+        }
+    }
+
+    /// Triangles of any size and shape: none, or a solid angle up to 2 pi and unit vectors.
+    #[test]
+    fn spherical_triangle(
+        vertices in [vector(), vector(), vector()],
+        x in vector(),
+        xi in prop::collection::vec([variate(), variate()], 8),
+        w in direction(),
+    ) {
+        let Some(triangle) = SphericalTriangle::new(x, vertices) else { return Ok(()) };
+        let omega = triangle.solid_angle();
+        prop_assert!(omega > 0.0 && omega <= 2.0 * PI * (1.0 + 1e-12), "{omega}");
+        for xi in xi {
+            let w = triangle.sample(xi);
+            prop_assert!(w.is_normalized(), "{xi:?}: {w}");
+        }
+        let density = triangle.density(w.as_dvec3());
+        prop_assert!(density == 0.0 || density == 1.0 / omega, "{density}");
     }
 
     #[test]
