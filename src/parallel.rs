@@ -19,11 +19,6 @@ fn each(count: usize, f: &(dyn Fn(usize) + Sync)) {
     (0..count).for_each(f);
 }
 
-/// What a mutex held. Where a thread has panicked, the panic goes on by itself.
-fn inner<T>(mutex: Mutex<T>) -> T {
-    mutex.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
-}
-
 /// `f(0), f(1), …, f(count - 1)`, in this order whatever the number of threads.
 #[cfg(feature = "parallel")]
 pub(crate) fn map<T: Send>(count: usize, f: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
@@ -33,6 +28,8 @@ pub(crate) fn map<T: Send>(count: usize, f: impl Fn(usize) -> T + Send + Sync) -
         let made = (piece * size..count.min((piece + 1) * size)).map(&f).collect();
         *pieces[piece].lock().expect("one thread a piece") = made;
     });
+    // Where a thread has panicked, the panic goes on by itself.
+    let inner = |piece: Mutex<Vec<T>>| piece.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     pieces.into_iter().flat_map(inner).collect()
 }
 
