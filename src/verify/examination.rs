@@ -191,19 +191,18 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
         let case = Case { probe, expectation: &expectation, tally: &tally, settings };
         checks.iter().map(|check| check.run(&case)).collect()
     };
-    let suspicious = |finding: &Finding| match finding.evidence {
-        Evidence::Certain(verdict) => verdict != Verdict::Pass,
-        Evidence::Chance { conservative, .. } => conservative < settings.alpha,
-        Evidence::Betting { conservative, .. } => (-conservative).exp() < settings.alpha,
-        Evidence::Unanswered => false,
+    let below = |finding: &Finding, level: f64| match finding.evidence {
+        Evidence::Chance { conservative, .. } => conservative < level,
+        Evidence::Betting { conservative, .. } => (-conservative).exp() < level,
+        Evidence::Certain(_) | Evidence::Unanswered => false,
+    };
+    let certain = |finding: &Finding| finding.evidence == Evidence::Certain(Verdict::Fail);
+    let suspicious = |finding: &Finding| {
+        let undecided = finding.evidence == Evidence::Certain(Verdict::Inconclusive);
+        certain(finding) || undecided || below(finding, settings.alpha)
     };
     // By so much that no correction for how much is tested matters.
-    let condemned = |finding: &Finding| match finding.evidence {
-        Evidence::Certain(verdict) => verdict == Verdict::Fail,
-        Evidence::Chance { conservative, .. } => conservative < BEYOND_DOUBT * settings.alpha,
-        Evidence::Betting { conservative, .. } => (-conservative).exp() < BEYOND_DOUBT * settings.alpha,
-        Evidence::Unanswered => false,
-    };
+    let condemned = |finding: &Finding| certain(finding) || below(finding, BEYOND_DOUBT * settings.alpha);
     let on_quadrature = |rests: Rests| matches!(rests, Rests::Quadrature | Rests::ExpectedCounts);
     let doubtful = checks
         .iter()
@@ -211,7 +210,6 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
         .any(|(check, findings)| on_quadrature(check.rests()) && findings.iter().any(suspicious))
         || bets.as_ref().is_some_and(|bets| suspicious(&bets.finding(&tally)));
     // Who only counts failures, or pays for every question, has one where no quadrature is involved.
-    let certain = |finding: &Finding| finding.evidence == Evidence::Certain(Verdict::Fail);
     let decided = (!settings.diagnose || probe.is_slow())
         && checks
             .iter()

@@ -258,8 +258,17 @@ fn two_sample_statistic_handles_ties() {
 
 #[test]
 fn two_sample_tail_passes_on_to_the_asymptotic_form() {
-    // Just below and above the largest lattice.
-    let z = 1.5;
+    passes_on(1.5);
+}
+
+#[test]
+#[ignore = "long: the largest lattices"]
+fn two_sample_tail_passes_on_everywhere() {
+    [1.0, 2.5].into_iter().for_each(passes_on);
+}
+
+/// Just below and above the largest lattice.
+fn passes_on(z: f64) {
     let tail = |n: u64| kolmogorov::two_sample_sf(z * (2.0 / n as f64).sqrt(), n, n + 1).unwrap();
     let size = 2e8 / (2.0 * 2.0_f64.sqrt() * z);
     let size = size.powf(2.0 / 3.0) as u64;
