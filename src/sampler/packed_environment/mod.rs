@@ -198,16 +198,23 @@ impl PackedEnvironment {
 
     /// (u, v) of what was found.
     #[inline]
-    fn uv(&self, found: &Found) -> [f64; 2] {
-        let v = match self.rows {
-            RowWarp::UniformV => self.uniform_v(found),
-            RowWarp::UniformCosTheta => {
-                let drop = &self.drops[found.row];
-                let from_pole = 2.0 * FRAC_1_PI * (0.5 * drop.at(found.down)).sqrt().min(1.0).asin();
-                if drop.south { 1.0 - from_pole } else { from_pole }
+    fn uvs<const N: usize>(&self, found: &[Found; N]) -> [[f64; 2]; N] {
+        let mut uv = [[0.0; 2]; N];
+        match self.rows {
+            RowWarp::UniformV => {
+                for i in 0..N {
+                    uv[i] = [self.u(&found[i]), self.uniform_v(&found[i])];
+                }
             }
-        };
-        [self.u(found), v]
+            RowWarp::UniformCosTheta => {
+                for i in 0..N {
+                    let drop = &self.drops[found[i].row];
+                    let from_pole = 2.0 * FRAC_1_PI * (0.5 * drop.at(found[i].down)).sqrt().min(1.0).asin();
+                    uv[i] = [self.u(&found[i]), if drop.south { 1.0 - from_pole } else { from_pole }];
+                }
+            }
+        }
+        uv
     }
 
     #[inline]
@@ -270,7 +277,7 @@ impl PackedEnvironment {
             let weights = self.weights();
             found.iter_mut().for_each(|found| found.mass = flat.mass(&weights, found.column, found.row));
         }
-        let uv = found.each_ref().map(|found| self.uv(found));
+        let uv = self.uvs(&found);
         let directions = self.directions(&found);
         let mut samples = [EnvironmentSample::default(); N];
         for i in 0..N {
@@ -308,8 +315,12 @@ impl PackedEnvironment {
     /// If the slices differ in length.
     pub fn uv_all(&self, xi: &[[f64; 2]], out: &mut [[f64; 2]]) {
         assert_eq!(xi.len(), out.len(), "as many pairs of variates as places");
-        let many = |xi: &[_; BATCH]| self.find(xi).each_ref().map(|found| self.uv(found));
-        in_batches(xi, out, many, |xi| self.uv(&self.find(&[xi])[0]));
+        in_batches::<BATCH, _, _>(
+            xi,
+            out,
+            |xi| self.uvs(&self.find(xi)),
+            |xi| self.uvs(&self.find(&[xi]))[0],
+        );
     }
 
     /// The direction of (u, v), of unit length; as [`sample`](Self::sample) has it for [`RowWarp::UniformV`]. Off by at most 4e-9 before it is

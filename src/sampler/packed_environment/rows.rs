@@ -2,9 +2,12 @@
 //!
 //! The marginal over the rows is a [`DiscreteGuide`]. A row's conditional has 2^31 steps and one boundary of 4 bytes a texel, rounded from the running sum
 //! and moved by as many steps as it takes to leave every texel that has light at least one; what is stored is the last step before it, which fits
-//! into an `i32`, -1 included. A mass is the difference of two of them, exactly. The guide of a row has a bucket for four texels, 2 bytes each, few
-//! enough to stay in cache. From where it points, 16 boundaries are searched without a branch: one tells the half (which fetches the line, for all
-//! samples of a batch), then eight are counted. Where all are passed, the rest of the bucket is searched in halves.
+//! into an `i32`, -1 included. A mass is the difference of two of them, exactly.
+//!
+//! Sixteen boundaries are a line of the cache. The last one of each line is stored beside them once more, and each row has a guide over these, in 2
+//! bytes for about a line: both few enough to stay in cache. From where the guide points, eight ends of lines are counted without a branch (where
+//! all are passed, the rest of the row is searched in halves), which leaves one line to be fetched, for all samples of a batch at once, and its
+//! texels to be counted.
 
 use super::{Found, Weights};
 use crate::pages::Pages;
@@ -15,18 +18,23 @@ use crate::sampler::{DiscreteGuide, Error};
 
 /// 2^31: how many steps a row has.
 const STEPS: f64 = 2_147_483_648.0;
-/// Boundaries counted without a branch, after as many again were halved.
+/// Boundaries a line.
+const LINE: usize = 16;
+/// Boundaries, or ends of lines, that are counted without a branch.
 const LANES: usize = 8;
-/// Texels a bucket.
-const CROWD: usize = 4;
 
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
     width: usize,
     marginal: DiscreteGuide,
-    /// The last step of each texel or of what is before it, row after row. A row that has no light is all -1, and never searched.
+    /// The last step of each texel or of what is before it, row after row, each filled up to whole lines. A row that has no light is all -1,
+    /// and never searched.
     lasts: Pages<i32>,
-    /// How many texels of the row end at or before the start of a bucket, but none past the width - 16.
+    /// How far the rows of `lasts` are apart.
+    stride: usize,
+    /// The last boundary of each line, row after row, each followed by [`LANES`] that nothing passes. Empty where a row fits into a line.
+    ends: Pages<i32>,
+    /// How many lines of the row end before the start of a bucket.
     guides: Pages<u16>,
     /// Binary logarithm of the buckets a row.
     bits: u32,
@@ -46,24 +54,34 @@ impl Rows {
         let sums = parallel::map(height, |row| weights.row(row).fold(Sum::default(), Sum::add));
         let marginal: Vec<f64> = sums.iter().map(|sum| sum.value()).collect();
         let marginal = DiscreteGuide::new(&marginal).map_err(|_| weights.black())?;
-        let mut lasts = Pages::zeros(width * height);
-        parallel::chunks_mut(&mut lasts, width, |row, lasts| fill(lasts, weights, row, &sums[row]));
-        let buckets = (1 << width.ilog2() >> CROWD.ilog2()).max(1_usize);
-        let bits = buckets.trailing_zeros();
-        let furthest = width.saturating_sub(2 * LANES);
-        let mut guides = Pages::zeros(buckets * height);
-        parallel::chunks_mut(&mut guides, buckets, |row, guide| {
-            let lasts = &lasts[row * width..(row + 1) * width];
+        let lines = if width < LINE { 0 } else { width.div_ceil(LINE) };
+        let stride = width.max(lines * LINE);
+        let mut lasts = Pages::zeros(stride * height);
+        parallel::chunks_mut(&mut lasts, stride, |row, lasts| {
+            let (lasts, filling) = lasts.split_at_mut(width);
+            fill(lasts, weights, row, &sums[row]);
+            filling.fill(i32::MAX);
+        });
+        let mut ends = Pages::zeros(if lines == 0 { 0 } else { (lines + LANES) * height });
+        parallel::chunks_mut(&mut ends, lines + LANES, |row, ends| {
+            ends.fill(i32::MAX);
+            let lasts = &lasts[row * stride..(row + 1) * stride];
+            ends.iter_mut().zip(lasts.chunks_exact(LINE)).for_each(|(end, line)| *end = line[LINE - 1]);
+        });
+        let bits = lines.next_power_of_two().trailing_zeros();
+        let mut guides = Pages::zeros(if lines == 0 { 0 } else { height << bits });
+        parallel::chunks_mut(&mut guides, 1 << bits, |row, guide| {
+            let ends = &ends[row * (lines + LANES)..][..lines];
             let mut passed = 0;
             for (bucket, first) in guide.iter_mut().enumerate() {
                 let start = (bucket as u64) << (31 - bits);
-                while passed < furthest && i64::from(lasts[passed]) < start as i64 {
+                while passed < lines && i64::from(ends[passed]) < start as i64 {
                     passed += 1;
                 }
                 *first = passed as u16;
             }
         });
-        Ok(Self { width, marginal, lasts, guides, bits })
+        Ok(Self { width, marginal, lasts, stride, ends, guides, bits })
     }
 
     /// The texels for variates of row and column.
@@ -75,40 +93,40 @@ impl Rows {
             (down[i], positions[i]) = (xi[i][0], position_of(xi[i][1]));
         }
         let rows = self.marginal.choose_batch(&down);
-        let (guides, lasts) = (&*self.guides, &*self.lasts);
-        if self.width < 2 * LANES {
+        let (guides, ends, lasts) = (&*self.guides, &*self.ends, &*self.lasts);
+        if ends.is_empty() {
             for i in 0..N {
                 let step = positions[i] as i32;
                 columns[i] = self.row(rows[i].index).partition_point(|&last| last < step);
             }
         } else {
-            let (mut starts, mut crowded) = ([0; N], 0_u64);
+            let (mut crowded, mut middles) = (0_u64, [0; N]);
             for i in 0..N {
                 let bucket = positions[i] as u32 as usize >> (31 - self.bits);
-                starts[i] = usize::from(guides[(rows[i].index << self.bits) + bucket]);
-            }
-            // Both ends of what is searched, since they lie in two cache lines, and nothing else in between.
-            let (mut middles, mut ends) = ([0; N], [0; N]);
-            for i in 0..N {
-                let first = rows[i].index * self.width + starts[i];
-                (middles[i], ends[i]) = (lasts[first + LANES - 1], lasts[first + 2 * LANES - 1]);
+                columns[i] = usize::from(guides[(rows[i].index << self.bits) + bucket]);
             }
             for i in 0..N {
                 let step = positions[i] as i32;
-                starts[i] += if middles[i] < step { LANES } else { 0 };
-                crowded |= u64::from(ends[i] < step) << i;
-            }
-            for i in 0..N {
-                let first = rows[i].index * self.width + starts[i];
-                let step = positions[i] as i32;
-                let passed: i32 =
-                    lasts[first..first + LANES].iter().map(|&last| i32::from(last < step)).sum();
-                columns[i] = starts[i] + passed as usize;
+                let first = self.ends_of(rows[i].index) + columns[i];
+                let passed = count(&ends[first..first + LANES], step);
+                columns[i] += passed;
+                crowded |= u64::from(passed == LANES) << i;
             }
             while crowded != 0 {
                 let i = crowded.trailing_zeros() as usize % N;
                 crowded &= crowded - 1;
-                columns[i] = self.crowded(rows[i].index, columns[i], positions[i] as u32);
+                columns[i] = self.crowded(rows[i].index, columns[i], positions[i] as i32);
+            }
+            // A loop with nothing else in it waits for many lines at once.
+            for i in 0..N {
+                columns[i] *= LINE;
+                middles[i] = lasts[rows[i].index * self.stride + columns[i] + LANES - 1];
+            }
+            for i in 0..N {
+                let step = positions[i] as i32;
+                columns[i] += if middles[i] < step { LANES } else { 0 };
+                let first = rows[i].index * self.stride + columns[i];
+                columns[i] += count(&lasts[first..first + LANES], step);
             }
         }
         let mut found = [Found::default(); N];
@@ -126,26 +144,32 @@ impl Rows {
     }
 
     fn row(&self, row: usize) -> &[i32] {
-        &self.lasts[row * self.width..(row + 1) * self.width]
+        &self.lasts[row * self.stride..][..self.width]
     }
 
-    /// The texel, where sixteen don't reach, or the first eight end just before it.
+    /// Where the ends of a row's lines begin.
+    #[inline]
+    fn ends_of(&self, row: usize) -> usize {
+        row * (self.stride / LINE + LANES)
+    }
+
+    /// The line, where as many lines as are counted end before it.
     #[cold]
-    fn crowded(&self, row: usize, from: usize, step: u32) -> usize {
-        let next = (step >> (31 - self.bits)) as usize + 1;
-        // The guide stops short of the last texels.
-        let end = match next >> self.bits {
-            0 => usize::from(self.guides[(row << self.bits) + next]) + 2 * LANES,
-            _ => self.width,
-        };
-        from + self.row(row)[from..end.clamp(from, self.width)].partition_point(|&last| last < step as i32)
+    fn crowded(&self, row: usize, from: usize, step: i32) -> usize {
+        let ends = &self.ends[self.ends_of(row)..][..self.stride / LINE];
+        from + ends[from..].partition_point(|&end| end < step)
     }
 
     /// Where a texel starts, and how wide it is, in steps.
     #[inline]
     fn interval(&self, row: usize, column: usize) -> (f64, f64) {
-        let at = row * self.width + column;
-        let before = if column == 0 { -1 } else { self.lasts[at - 1] };
+        let at = row * self.stride + column;
+        let before = match column {
+            0 => -1,
+            // In cache, as the line before isn't.
+            _ if column % LINE == 0 => self.ends[self.ends_of(row) + column / LINE - 1],
+            _ => self.lasts[at - 1],
+        };
         (f64::from(before) + 1.0, f64::from(self.lasts[at]) - f64::from(before))
     }
 
@@ -158,7 +182,7 @@ impl Rows {
         if dimension == 0 {
             return self.marginal.some_boundaries();
         }
-        let rows = 0..self.lasts.len() / self.width;
+        let rows = 0..self.lasts.len() / self.stride;
         let likeliest =
             rows.max_by(|&a, &b| self.marginal.mass(a).total_cmp(&self.marginal.mass(b))).unwrap_or(0);
         let some = self.row(likeliest).iter().step_by(self.width.div_ceil(512));
@@ -167,7 +191,10 @@ impl Rows {
     }
 
     pub(super) fn bytes(&self) -> usize {
-        self.marginal.bytes() + size_of_val(&*self.lasts) + size_of_val(&*self.guides)
+        self.marginal.bytes()
+            + size_of_val(&*self.lasts)
+            + size_of_val(&*self.ends)
+            + size_of_val(&*self.guides)
     }
 }
 
@@ -175,6 +202,12 @@ impl Rows {
 #[inline]
 fn position_of(xi: f64) -> f64 {
     inside(xi) * STEPS
+}
+
+/// How many boundaries are before a step.
+#[inline]
+fn count(lasts: &[i32], step: i32) -> usize {
+    lasts.iter().map(|&last| i32::from(last < step)).sum::<i32>() as usize
 }
 
 /// A row's boundaries.
