@@ -263,6 +263,44 @@ fn guides_of_a_map_keep_the_order_of_both_variates() {
     assert!(grid.is_sorted_by_key(|&xi| map.sample([0.3, xi]).uv.x));
 }
 
+/// Lines of memory are told apart by 16 bits of a row's steps, and hundreds of them can lie between two of these. Every border of texels, and the
+/// variates next to it, must still lead to the texel that the masses say.
+#[test]
+fn crowded_rows_lead_to_the_texel_that_the_masses_say() {
+    for width in [15, 16, 17, 511, 512, 513, 9000] {
+        // Two suns over a dim row, a row without light, and one that gets lighter by powers.
+        let dim =
+            (0..width).map(|i| if i == width / 3 || i == width - 2 { 1e9 } else { 1.0 + (i % 3) as f32 });
+        let dark = (0..width).map(|_| 0.0);
+        let steep = (0..width).map(|i| 2.0_f32.powf(-60.0 * i as f32 / width as f32));
+        let texels = dim.chain(dark).chain(steep).map(|x| [x; 3]).collect();
+        let map = RadianceMap::new(width, 3, texels).unwrap();
+        let map = PackedEnvironment::new(map, RowWarp::UniformV, Form::Ordered).unwrap();
+        for row in [0, 2] {
+            let masses: Vec<f64> = (0..width).map(|column| map.texel_mass(column, row)).collect();
+            let row_mass: f64 = masses.iter().sum();
+            let down = if row == 0 { 0.5 * row_mass } else { 1.0 - 0.5 * row_mass };
+            // Masses are whole numbers of 2^-31 of the row's; so are the borders.
+            let steps = masses.iter().map(|mass| (mass / row_mass * 2.0_f64.powi(31)).round());
+            let (mut xi, mut wanted, mut start) = (Vec::new(), Vec::new(), 0.0);
+            for (column, steps) in steps.enumerate().filter(|(_, steps)| *steps > 0.0) {
+                for step in [start, start + (0.5 * steps).floor(), start + steps - 1.0] {
+                    xi.push([down, (step + 0.5) / 2.0_f64.powi(31)]);
+                    wanted.push((column, row));
+                }
+                start += steps;
+            }
+            assert_eq!(start, 2.0_f64.powi(31), "width {width}, row {row}");
+            let mut uv = vec![[0.0; 2]; xi.len()];
+            map.uv_all(&xi, &mut uv);
+            for ((&[u, v], &wanted), xi) in uv.iter().zip(&wanted).zip(&xi) {
+                let found = ((u * width as f64) as usize, (v * 3.0) as usize);
+                assert_eq!(found, wanted, "width {width}: {xi:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn the_texel_of_a_direction_needs_no_inverse_functions() {
     // 1000 columns and rows: bins of 0.4 degrees.

@@ -114,7 +114,7 @@ impl DiscreteCdf {
     }
 
     /// The choice of an entry that was found at this position, in steps.
-    #[inline]
+    #[inline(always)]
     pub(super) fn choice(&self, index: usize, position: f64) -> Choice {
         let start = self.start(index);
         let width = (self.boundaries[index] - start) as f64;

@@ -4,7 +4,7 @@
 //!
 //! | [`Form`] | bytes a texel | memory accesses | order of the variates |
 //! |---|---|---|---|
-//! | `Guide` (`Ordered`) | 4.5 | some in cache, one | both kept |
+//! | `Guide` (`Ordered`) | 4.2 | some in cache, one | both kept |
 //! | `Alias` (`Unordered`) | 8 | one | the second kept, the first lost |
 //!
 //! and a few dozen bytes a row and a column. The tables are made in parallel, the same bits on any number of threads. (u, v) becomes a direction by
@@ -31,7 +31,7 @@ use super::discrete::{BATCH, in_batches};
 /// A latitude-longitude map of radiance and compact tables to sample it. The density is that of [`Environment`](super::Environment), up to the resolution
 /// of the tables, and always the one that is searched.
 ///
-/// [`Form::Guide`] takes 4.5 bytes a texel and keeps the order of both variates; [`Form::Alias`] takes 8 and is faster, but loses the order of the
+/// [`Form::Guide`] takes 4.2 bytes a texel and keeps the order of both variates; [`Form::Alias`] takes 8 and is faster, but loses the order of the
 /// first. Both are made in parallel (with the feature of that name), the same bits on any number of threads.
 ///
 /// ```

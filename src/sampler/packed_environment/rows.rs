@@ -4,10 +4,10 @@
 //! and moved by as many steps as it takes to leave every texel that has light at least one; what is stored is the last step before it, which fits
 //! into an `i32`, -1 included. A mass is the difference of two of them, exactly.
 //!
-//! Sixteen boundaries are a line of the cache. The last one of each line is stored beside them once more, and each row has a guide over these, in 2
-//! bytes for about a line: both few enough to stay in cache. From where the guide points, eight ends of lines are counted without a branch (where
-//! all are passed, the rest of the row is searched in halves), which leaves one line to be fetched, for all samples of a batch at once, and its
-//! texels to be counted.
+//! Sixteen boundaries are a line of the cache. The upper 16 bits of each line's last one stand beside them once more, those of 32 lines in a line of
+//! their own, and the last of each of these a third time: a tree of 2 bytes for 16 texels, that stays in cache, counted without a branch. It leaves one
+//! line of boundaries to be fetched, for all samples of a batch at once, and its texels to be counted. Where 16 bits don't tell a step from an end, the
+//! line that was fetched does, since all of it is passed; then the rest of the row is searched in halves.
 
 use super::{Found, Weights};
 use crate::pages::Pages;
@@ -20,7 +20,9 @@ use crate::sampler::{DiscreteGuide, Error};
 const STEPS: f64 = 2_147_483_648.0;
 /// Boundaries a line.
 const LINE: usize = 16;
-/// Boundaries, or ends of lines, that are counted without a branch.
+/// Ends of lines that are counted together.
+const BLOCK: usize = 32;
+/// Numbers that are counted at a time.
 const LANES: usize = 8;
 
 #[derive(Clone, Debug)]
@@ -32,12 +34,13 @@ pub(super) struct Rows {
     lasts: Pages<i32>,
     /// How far the rows of `lasts` are apart.
     stride: usize,
-    /// The last boundary of each line, row after row, each followed by [`LANES`] that nothing passes. Empty where a row fits into a line.
-    ends: Pages<i32>,
-    /// How many lines of the row end before the start of a bucket.
-    guides: Pages<u16>,
-    /// Binary logarithm of the buckets a row.
-    bits: u32,
+    /// The upper bits of the last boundary of each line, row after row, each filled up to whole blocks. Empty where a row fits into a line.
+    ends: Pages<i16>,
+    /// The last of each block of these, row after row, each filled up to whole lanes.
+    tops: Pages<i16>,
+    /// Blocks a row, and how far the rows of `tops` are apart.
+    blocks: usize,
+    tops_stride: usize,
 }
 
 impl Rows {
@@ -62,71 +65,68 @@ impl Rows {
             fill(lasts, weights, row, &sums[row]);
             filling.fill(i32::MAX);
         });
-        let mut ends = Pages::zeros(if lines == 0 { 0 } else { (lines + LANES) * height });
-        parallel::chunks_mut(&mut ends, lines + LANES, |row, ends| {
-            ends.fill(i32::MAX);
+        let blocks = lines.div_ceil(BLOCK);
+        let mut ends = Pages::zeros(blocks * BLOCK * height);
+        parallel::chunks_mut(&mut ends, (blocks * BLOCK).max(1), |row, ends| {
+            ends.fill(i16::MAX);
             let lasts = &lasts[row * stride..(row + 1) * stride];
-            ends.iter_mut().zip(lasts.chunks_exact(LINE)).for_each(|(end, line)| *end = line[LINE - 1]);
+            ends.iter_mut()
+                .zip(lasts.chunks_exact(LINE))
+                .for_each(|(end, line)| *end = upper(line[LINE - 1]));
         });
-        let bits = lines.next_power_of_two().trailing_zeros();
-        let mut guides = Pages::zeros(if lines == 0 { 0 } else { height << bits });
-        parallel::chunks_mut(&mut guides, 1 << bits, |row, guide| {
-            let ends = &ends[row * (lines + LANES)..][..lines];
-            let mut passed = 0;
-            for (bucket, first) in guide.iter_mut().enumerate() {
-                let start = (bucket as u64) << (31 - bits);
-                while passed < lines && i64::from(ends[passed]) < start as i64 {
-                    passed += 1;
-                }
-                *first = passed as u16;
-            }
+        let tops_stride = blocks.next_multiple_of(LANES);
+        let mut tops = Pages::zeros(tops_stride * height);
+        parallel::chunks_mut(&mut tops, tops_stride.max(1), |row, tops| {
+            tops.fill(i16::MAX);
+            let ends = &ends[row * blocks * BLOCK..][..blocks * BLOCK];
+            tops.iter_mut().zip(ends.chunks_exact(BLOCK)).for_each(|(top, block)| *top = block[BLOCK - 1]);
         });
-        Ok(Self { width, marginal, lasts, stride, ends, guides, bits })
+        Ok(Self { width, marginal, lasts, stride, ends, tops, blocks, tops_stride })
     }
 
     /// The texels for variates of row and column.
     #[inline]
     pub(super) fn find<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [Found; N] {
         // Loops and no `map`, which for arrays isn't always compiled in line.
-        let (mut down, mut positions, mut columns) = ([0.0; N], [0.0; N], [0; N]);
+        let (mut down, mut positions) = ([0.0; N], [0.0; N]);
+        let (mut steps, mut columns) = ([0; N], [0; N]);
         for i in 0..N {
             (down[i], positions[i]) = (xi[i][0], position_of(xi[i][1]));
+            steps[i] = positions[i] as i32;
         }
         let rows = self.marginal.choose_batch(&down);
-        let (guides, ends, lasts) = (&*self.guides, &*self.ends, &*self.lasts);
+        let (tops, ends, lasts) = (&*self.tops, &*self.ends, &*self.lasts);
         if ends.is_empty() {
             for i in 0..N {
-                let step = positions[i] as i32;
-                columns[i] = self.row(rows[i].index).partition_point(|&last| last < step);
+                columns[i] = self.row(rows[i].index).partition_point(|&last| last < steps[i]);
             }
         } else {
-            let (mut crowded, mut middles) = (0_u64, [0; N]);
             for i in 0..N {
-                let bucket = positions[i] as u32 as usize >> (31 - self.bits);
-                columns[i] = usize::from(guides[(rows[i].index << self.bits) + bucket]);
+                let tops = &tops[rows[i].index * self.tops_stride..][..self.tops_stride];
+                columns[i] = count(tops, upper(steps[i]));
             }
             for i in 0..N {
-                let step = positions[i] as i32;
-                let first = self.ends_of(rows[i].index) + columns[i];
-                let passed = count(&ends[first..first + LANES], step);
-                columns[i] += passed;
-                crowded |= u64::from(passed == LANES) << i;
-            }
-            while crowded != 0 {
-                let i = crowded.trailing_zeros() as usize % N;
-                crowded &= crowded - 1;
-                columns[i] = self.crowded(rows[i].index, columns[i], positions[i] as i32);
+                let block = rows[i].index * self.blocks + columns[i];
+                let ends = &ends[block * BLOCK..(block + 1) * BLOCK];
+                columns[i] = (columns[i] * BLOCK + count(ends, upper(steps[i]))) * LINE;
             }
             // A loop with nothing else in it waits for many lines at once.
+            let (mut middles, mut passed) = ([0; N], 0_u64);
             for i in 0..N {
-                columns[i] *= LINE;
                 middles[i] = lasts[rows[i].index * self.stride + columns[i] + LANES - 1];
             }
             for i in 0..N {
-                let step = positions[i] as i32;
+                let step = steps[i];
                 columns[i] += if middles[i] < step { LANES } else { 0 };
                 let first = rows[i].index * self.stride + columns[i];
-                columns[i] += count(&lasts[first..first + LANES], step);
+                let lasts = &lasts[first..first + LANES];
+                passed |= u64::from(lasts[LANES - 1] < step) << i;
+                columns[i] += lasts.iter().map(|&last| i32::from(last < step)).sum::<i32>() as usize;
+            }
+            while passed != 0 {
+                let i = passed.trailing_zeros() as usize % N;
+                passed &= passed - 1;
+                columns[i] = self.further(rows[i].index, columns[i], steps[i]);
             }
         }
         let mut found = [Found::default(); N];
@@ -147,29 +147,17 @@ impl Rows {
         &self.lasts[row * self.stride..][..self.width]
     }
 
-    /// Where the ends of a row's lines begin.
-    #[inline]
-    fn ends_of(&self, row: usize) -> usize {
-        row * (self.stride / LINE + LANES)
-    }
-
-    /// The line, where as many lines as are counted end before it.
+    /// The texel, from the first on that can be it.
     #[cold]
-    fn crowded(&self, row: usize, from: usize, step: i32) -> usize {
-        let ends = &self.ends[self.ends_of(row)..][..self.stride / LINE];
-        from + ends[from..].partition_point(|&end| end < step)
+    fn further(&self, row: usize, from: usize, step: i32) -> usize {
+        from + self.row(row)[from..].partition_point(|&last| last < step)
     }
 
     /// Where a texel starts, and how wide it is, in steps.
-    #[inline]
+    #[inline(always)]
     fn interval(&self, row: usize, column: usize) -> (f64, f64) {
         let at = row * self.stride + column;
-        let before = match column {
-            0 => -1,
-            // In cache, as the line before isn't.
-            _ if column % LINE == 0 => self.ends[self.ends_of(row) + column / LINE - 1],
-            _ => self.lasts[at - 1],
-        };
+        let before = if column == 0 { -1 } else { self.lasts[at - 1] };
         (f64::from(before) + 1.0, f64::from(self.lasts[at]) - f64::from(before))
     }
 
@@ -194,7 +182,7 @@ impl Rows {
         self.marginal.bytes()
             + size_of_val(&*self.lasts)
             + size_of_val(&*self.ends)
-            + size_of_val(&*self.guides)
+            + size_of_val(&*self.tops)
     }
 }
 
@@ -204,10 +192,22 @@ fn position_of(xi: f64) -> f64 {
     inside(xi) * STEPS
 }
 
-/// How many boundaries are before a step.
+/// The upper 16 bits of a step, in order.
 #[inline]
-fn count(lasts: &[i32], step: i32) -> usize {
-    lasts.iter().map(|&last| i32::from(last < step)).sum::<i32>() as usize
+fn upper(step: i32) -> i16 {
+    ((step >> 15) - (1 << 15)) as i16
+}
+
+/// How many of the numbers, whole lanes of them, are below `x`.
+#[inline]
+fn count(numbers: &[i16], x: i16) -> usize {
+    let mut counts = [0_i16; LANES];
+    for lanes in numbers.as_chunks::<LANES>().0 {
+        for i in 0..LANES {
+            counts[i] += i16::from(lanes[i] < x);
+        }
+    }
+    counts.iter().sum::<i16>() as usize
 }
 
 /// A row's boundaries.
