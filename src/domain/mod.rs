@@ -168,7 +168,7 @@ pub trait Domain: Space + Clone {
     /// Says why where the point is not in the domain: not finite, not of unit length, outside.
     fn locate(&self, point: &Self::Point) -> Result<Location, Outside>;
 
-    /// [`locate`](Self::locate) for many points, whose places are appended to `out`: the same to a rounding of the chart coordinates, and quicker where
+    /// [`locate`](Self::locate) for many points, whose places are appended to `out`: the same to a few roundings of the chart coordinates, and quicker where
     /// several fit into a vector register.
     fn locate_many(&self, points: &[Self::Point], out: &mut Vec<Result<Location, Outside>>) {
         out.extend(points.iter().map(|point| self.locate(point)));

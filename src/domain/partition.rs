@@ -111,8 +111,9 @@ struct Guide {
 
 /// Patches up to which each is given where to begin.
 const GUIDED_PATCHES: usize = 1 << 20;
-/// Squares, at most; a square for each leaf costs little and spares a peak's samples nothing, all others nearly the whole way down.
+/// Squares, at most, and for each leaf; they cost little and spare a peak's samples nothing, all others nearly the whole way down.
 const SQUARES: usize = 1 << 17;
+const SQUARES_PER_LEAF: usize = 4;
 
 impl Guide {
     #[inline]
@@ -120,7 +121,7 @@ impl Guide {
         let along = |axis: usize| {
             let side = self.sides[axis];
             // 1 itself lies in the last square.
-            ((location.at[axis] * f64::from(side)) as usize).min(side as usize - 1)
+            ((location.at[axis] * f64::from(side)) as i64 as usize).min(side as usize - 1)
         };
         let square =
             if self.sides == [1, 1] { location.patch } else { along(0) * self.sides[1] as usize + along(1) };
@@ -190,7 +191,7 @@ impl Partition {
             let nodes = (0..patches).map(|patch| self.topmost_of_patch(patch)).collect();
             return Guide { nodes, sides: [1; 2] };
         }
-        let along = self.leaves.len().min(SQUARES).next_power_of_two().ilog2();
+        let along = (SQUARES_PER_LEAF * self.leaves.len()).min(SQUARES).next_power_of_two().ilog2();
         let bits = match space.axes() {
             0 => [0, 0],
             1 => [along, 0],

@@ -292,13 +292,17 @@ impl Layout {
     }
 
     /// The point of a row, as the convention has it.
-    #[inline]
+    #[inline(always)]
     pub fn point<D: Coordinates>(&self, convention: &Convention<D>, row: &[f64]) -> D::Point {
         let direction = |theta: f64, phi: f64| {
             let ((sin_theta, cos_theta), (sin, cos)) = (theta.sin_cos(), phi.sin_cos());
             convention.point(&[sin_theta * cos, sin_theta * sin, cos_theta])
         };
         match &self.place {
+            // As they lie there, which is the usual way, they need not be copied.
+            Place::Direct(columns) if columns.windows(2).all(|pair| pair[1] == pair[0] + 1) => {
+                convention.point(&row[columns[0]..])
+            }
             Place::Direct(columns) => match columns[..] {
                 [a] => convention.point(&[row[a]]),
                 [a, b] => convention.point(&[row[a], row[b]]),
@@ -314,7 +318,7 @@ impl Layout {
     }
 
     /// What a row says.
-    #[inline]
+    #[inline(always)]
     pub fn row<D: Coordinates>(&self, convention: &Convention<D>, row: &[f64]) -> Row<D::Point> {
         let point = self.point(convention, row);
         let density = self.density.map(|column| convention.density(&point, row[column]));

@@ -211,7 +211,7 @@ impl<D: Coordinates> Convention<D> {
     }
 
     /// The point of their numbers.
-    #[inline]
+    #[inline(always)]
     pub fn point(&self, numbers: &[f64]) -> D::Point {
         let point = self.domain.point_of(numbers);
         if self.frame == Frame::Z_UP { point } else { self.domain.to_ours(point, self.frame) }

@@ -44,6 +44,7 @@ impl Coordinates for $domain {
         &["x", "y"]
     }
 
+    #[inline(always)]
     fn point_of(&self, numbers: &[f64]) -> DVec2 {
         DVec2::from_slice(numbers)
     }
@@ -63,6 +64,7 @@ impl Coordinates for $domain {
         &["x", "y", "z"]
     }
 
+    #[inline(always)]
     fn point_of(&self, numbers: &[f64]) -> DVec3 {
         DVec3::from_slice(numbers)
     }
@@ -92,6 +94,7 @@ impl Coordinates for Triangle {
         &["b0", "b1", "b2"]
     }
 
+    #[inline(always)]
     fn point_of(&self, numbers: &[f64]) -> DVec3 {
         DVec3::from_slice(numbers)
     }

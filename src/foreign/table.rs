@@ -48,6 +48,10 @@ pub struct Table<D> {
     values: Vec<f64>,
     measure: Measure,
     integral: f64,
+    /// The axes of the chart that rows and columns run along.
+    axes: [usize; 2],
+    /// Whether the measure is the domain's own.
+    own: bool,
 }
 
 impl<D: Coordinates> Table<D> {
@@ -79,7 +83,9 @@ impl<D: Coordinates> Table<D> {
         if let Some(i) = values.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
             return Err(TableError::Texel { row: i / columns, column: i % columns, value: values[i] });
         }
-        let mut table = Self { domain, rows, columns, values, measure, integral: 0.0 };
+        let axes = if matches!(domain.name(), "sphere" | "hemisphere" | "disk") { [0, 1] } else { [1, 0] };
+        let own = measure == Measure::of(&domain)[0];
+        let mut table = Self { domain, rows, columns, values, measure, integral: 0.0, axes, own };
         table.integral = (0..table.values.len())
             .map(|i| table.values[i] * table.texel_measure(i / columns, i % columns))
             .sum();
@@ -98,17 +104,12 @@ impl<D: Coordinates> Table<D> {
         self
     }
 
-    /// The axes of the chart that rows and columns run along.
-    fn axes(&self) -> [usize; 2] {
-        if matches!(self.domain.name(), "sphere" | "hemisphere" | "disk") { [0, 1] } else { [1, 0] }
-    }
-
     /// The measure of a texel, in the table's own.
     fn texel_measure(&self, row: usize, column: usize) -> f64 {
         if self.domain.axes() == 0 {
             return if self.measure == Measure::Uniform { 1.0 / self.columns as f64 } else { 1.0 };
         }
-        let ([down, across], count) = (self.axes(), [self.rows as f64, self.columns as f64]);
+        let ([down, across], count) = (self.axes, [self.rows as f64, self.columns as f64]);
         let mut cell = Cell::whole(&self.domain);
         (cell.low[down], cell.high[down]) = (row as f64 / count[0], (row + 1) as f64 / count[0]);
         (cell.low[across], cell.high[across]) = (column as f64 / count[1], (column + 1) as f64 / count[1]);
@@ -132,16 +133,23 @@ impl<D: Coordinates> Table<D> {
         }
     }
 
+    #[inline]
+    fn factor(&self, location: &Location) -> f64 {
+        if self.own { 1.0 } else { self.measure.factor(&self.domain, location) }
+    }
+
     /// The density at a location, per the domain's own measure.
+    #[inline]
     pub fn at(&self, location: &Location) -> f64 {
-        let index = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
+        // Signed on the way: what converts to it is one instruction.
+        let index = |x: f64, n: usize| ((x * n as f64) as i64 as usize).min(n - 1);
         if self.domain.axes() == 0 {
-            return self.values[location.patch] * self.measure.factor(&self.domain, location);
+            return self.values[location.patch] * self.factor(location);
         }
-        let [down, across] = self.axes();
+        let [down, across] = self.axes;
         let value = self.values
             [index(location.at[down], self.rows) * self.columns + index(location.at[across], self.columns)];
-        if value == 0.0 { 0.0 } else { value * self.measure.factor(&self.domain, location) }
+        if value == 0.0 { 0.0 } else { value * self.factor(location) }
     }
 
     /// The density at a point, per the domain's own measure; 0 outside.
@@ -156,7 +164,7 @@ impl<D: Coordinates> Table<D> {
         }
         let grid = Knots::grid(self.rows, self.columns);
         let [rows, columns] = grid.axes;
-        Knots { axes: if self.axes() == [0, 1] { [rows, columns] } else { [columns, rows] } }
+        Knots { axes: if self.axes == [0, 1] { [rows, columns] } else { [columns, rows] } }
     }
 }
 

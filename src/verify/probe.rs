@@ -239,7 +239,7 @@ impl<D: Domain> Probe for Subject<'_, D> {
             let draw = match sample {
                 None => Draw::without_point(Fate::Rejected),
                 Some(sample) => {
-                    let asked = if i % ask == 0 { asked.next().unwrap_or(f64::NAN) } else { 0.0 };
+                    let asked = if i & (ask - 1) == 0 { asked.next().unwrap_or(f64::NAN) } else { 0.0 };
                     for known in &self.extras.known {
                         values.push((known.function)(&sample.point) / sample.density);
                     }

@@ -50,16 +50,51 @@ const FEW_PILOTS_SHARE: u64 = 8;
 /// How many rows are assumed of a pipe whose end nobody knows.
 const ASSUMED: u64 = 100_000_000;
 
-/// A density, of a point or of its place on the chart.
+/// A density, of a point or of places on the chart, many at once.
 enum Judge<'a, P> {
     Point(Box<dyn Fn(&P) -> f64 + Send + Sync + 'a>),
-    Place(Box<dyn Fn(&Location) -> f64 + Send + Sync + 'a>),
+    Places(Box<dyn Fn(&[Location], &mut Vec<f64>) + Send + Sync + 'a>),
+}
+
+/// What some rows say, column by column: no time is lost on waiting for what was just written.
+struct Batch<P> {
+    /// Of the rows that were kept.
+    points: Vec<P>,
+    kept: Vec<bool>,
+    /// Of all rows; empty without such a column.
+    densities: Vec<f64>,
+    weights: Vec<f64>,
+}
+
+impl<P> Batch<P> {
+    fn with_capacity(rows: usize, columns: Columns) -> Self {
+        let with = |there: bool| Vec::with_capacity(if there { rows } else { 0 });
+        Self {
+            points: Vec::with_capacity(rows),
+            kept: Vec::with_capacity(rows),
+            densities: with(columns.density),
+            weights: with(columns.weight),
+        }
+    }
+
+    #[inline(always)]
+    fn push(&mut self, row: Row<P>, columns: Columns) {
+        self.kept.push(row.point.is_some());
+        self.points.extend(row.point);
+        if columns.density {
+            self.densities.push(row.density.unwrap_or(f64::NAN));
+        }
+        if columns.weight {
+            self.weights.push(row.weight.unwrap_or(0.0));
+        }
+    }
 }
 
 /// Samples that are being read, and what they are held against.
 pub struct Recording<'a, D: Domain> {
     domain: D,
-    row: Box<dyn Fn(&[f64]) -> Row<D::Point> + Send + Sync + 'a>,
+    /// Appends what some rows say, at once: a call for each would cost as much as all else.
+    rows_of: Box<dyn Fn(&[f64], &mut Batch<D::Point>) + Send + Sync + 'a>,
     width: usize,
     columns: Columns,
     density: Option<Judge<'a, D::Point>>,
@@ -158,10 +193,14 @@ pub fn recording<'a, D: Domain>(
     let pilots = wanted.min((there / FEW_PILOTS_SHARE).max(1)) as usize;
     let ahead = head.split_off(pilots * width);
     let first = row(&head[..width]);
+    let columns = Columns { density: first.density.is_some(), weight: first.weight.is_some() };
+    let rows_of = move |numbers: &[f64], out: &mut Batch<D::Point>| {
+        numbers.chunks_exact(width).for_each(|numbers| out.push(row(numbers), columns));
+    };
     Ok(Recording {
-        columns: Columns { density: first.density.is_some(), weight: first.weight.is_some() },
+        columns,
         domain,
-        row: Box::new(row),
+        rows_of: Box::new(rows_of),
         width,
         density: None,
         cell_mass: None,
@@ -189,7 +228,8 @@ impl<'a, D: Domain> Recording<'a, D> {
 
     /// The same of places on the domain's chart, which are known anyway: for densities that would have to find them from the point.
     pub fn density_of_places(self, density: impl Fn(&Location) -> f64 + Send + Sync + 'a) -> Self {
-        Self { density: Some(Judge::Place(Box::new(density))), ..self }
+        let all = move |places: &[Location], out: &mut Vec<f64>| out.extend(places.iter().map(&density));
+        Self { density: Some(Judge::Places(Box::new(all))), ..self }
     }
 
     /// The probability of a cell, where it is known exactly.
@@ -237,20 +277,33 @@ impl<'a, D: Domain> Recording<'a, D> {
         self.held.read().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The row that a variate stands for.
+    /// The rows from a variate's on, as many as there are.
     fn numbers<'x>(&'x self, held: &'x (u64, Vec<f64>), xi: f64) -> &'x [f64] {
         if xi < 1.0 {
             let count = self.pilots.len() / self.width;
             let index = ((xi * count as f64) as usize).min(count - 1);
-            return &self.pilots[index * self.width..][..self.width];
+            return &self.pilots[index * self.width..];
         }
         let index = (xi - 1.0 - held.0 as f64) as usize;
-        &held.1[index * self.width..][..self.width]
+        &held.1[index * self.width..]
     }
 
-    /// What the row of a variate says.
-    fn row_of(&self, held: &(u64, Vec<f64>), xi: f64) -> Row<D::Point> {
-        (self.row)(self.numbers(held, xi))
+    /// What the row of a variate says: its point, and the density that came with it.
+    fn row_of(&self, held: &(u64, Vec<f64>), xi: f64) -> Option<(D::Point, Option<f64>)> {
+        let mut batch = self.rows_for(held, &[xi]);
+        Some((batch.points.pop()?, batch.densities.pop()))
+    }
+
+    /// What the rows of variates say.
+    fn rows_for(&self, held: &(u64, Vec<f64>), xi: &[f64]) -> Batch<D::Point> {
+        let mut batch = Batch::with_capacity(xi.len(), self.columns);
+        if xi.first().is_some_and(|&first| first >= 1.0) && xi.windows(2).all(|pair| pair[1] == pair[0] + 1.0)
+        {
+            (self.rows_of)(&self.numbers(held, xi[0])[..xi.len() * self.width], &mut batch);
+        } else {
+            xi.iter().for_each(|&xi| (self.rows_of)(&self.numbers(held, xi)[..self.width], &mut batch));
+        }
+        batch
     }
 
     /// 0 outside of the domain.
@@ -258,14 +311,20 @@ impl<'a, D: Domain> Recording<'a, D> {
         match &self.density {
             None => f64::NAN,
             Some(Judge::Point(density)) => density(point),
-            Some(Judge::Place(density)) => self.domain.locate(point).map_or(0.0, |place| density(&place)),
+            Some(Judge::Places(_)) => {
+                self.domain.locate(point).map_or(0.0, |place| self.density_there(point, &place))
+            }
         }
     }
 
     /// The same, of a point whose place is known.
     fn density_there(&self, point: &D::Point, place: &Location) -> f64 {
         match &self.density {
-            Some(Judge::Place(density)) => density(place),
+            Some(Judge::Places(density)) => {
+                let mut one = Vec::with_capacity(1);
+                density(std::slice::from_ref(place), &mut one);
+                one[0]
+            }
             _ => self.density_of(point),
         }
     }
@@ -295,46 +354,48 @@ impl<D: Domain> Probe for Recording<'_, D> {
     fn draw(&self, xi: &[f64], ask: usize, out: &mut Vec<Draw>, values: &mut Vec<f64>) {
         out.clear();
         values.clear();
-        let held = self.held();
-        let with_weight = self.integral.is_some() && self.columns.weight;
-        let rows: Vec<Row<D::Point>> = xi.iter().map(|&xi| self.row_of(&held, xi)).collect();
-        let points: Vec<D::Point> = rows.iter().filter_map(|row| row.point.clone()).collect();
-        let mut places = Vec::with_capacity(points.len());
-        self.domain.locate_many(&points, &mut places);
-        let mut places = places.into_iter();
-        for (i, row) in rows.into_iter().enumerate() {
-            let (draw, weight) = match row.point {
-                None => (Draw::without_point(Fate::Rejected), 0.0),
-                Some(point) => {
-                    let draw = match places.next() {
-                        Some(Ok(location)) => {
-                            let both = i % ask == 0 && self.columns.density && self.density.is_some();
-                            let there = || self.density_there(&point, &location);
-                            let density = row.density.unwrap_or_else(there);
-                            let asked = if both { there() } else { density };
-                            Draw { fate: Fate::Drawn, location, density, asked }
-                        }
-                        _ => Draw::without_point(Fate::Outside),
-                    };
-                    (draw, row.weight.unwrap_or(0.0))
-                }
-            };
-            out.push(draw);
-            if with_weight {
-                values.push(weight);
+        let batch = self.rows_for(&self.held(), xi);
+        let mut places = Vec::with_capacity(batch.points.len());
+        self.domain.locate_many(&batch.points, &mut places);
+        // Asked of all or, where the samples bring their own, of each `ask`-th.
+        let given = !batch.densities.is_empty();
+        let mut theirs = Vec::new();
+        match &self.density {
+            Some(Judge::Places(density)) if !given => {
+                let inside: Vec<Location> = places.iter().flatten().copied().collect();
+                theirs.reserve(inside.len());
+                density(&inside, &mut theirs);
             }
+            _ => {}
+        }
+        let (mut theirs, mut places) = (theirs.into_iter(), places.into_iter().zip(&batch.points));
+        for (i, kept) in batch.kept.iter().enumerate() {
+            out.push(match if *kept { places.next() } else { None } {
+                None => Draw::without_point(Fate::Rejected),
+                Some((Err(_), _)) => Draw::without_point(Fate::Outside),
+                Some((Ok(location), point)) => {
+                    let asked = || self.density_there(point, &location);
+                    let density =
+                        if given { batch.densities[i] } else { theirs.next().unwrap_or_else(asked) };
+                    let both = i & (ask - 1) == 0 && given && self.density.is_some();
+                    Draw { fate: Fate::Drawn, location, density, asked: if both { asked() } else { density } }
+                }
+            });
+        }
+        if self.integral.is_some() && self.columns.weight {
+            values
+                .extend(batch.weights.iter().zip(&batch.kept).map(|(w, kept)| if *kept { *w } else { 0.0 }));
         }
     }
 
     fn locate(&self, xi: &[f64], out: &mut Vec<Location>) {
         let held = self.held();
-        out.extend(xi.iter().filter_map(|&xi| self.domain.locate(&self.row_of(&held, xi).point?).ok()));
+        out.extend(xi.iter().filter_map(|&xi| self.domain.locate(&self.row_of(&held, xi)?.0).ok()));
     }
 
     fn look(&self, xi: &[f64]) -> Option<Look> {
-        let row = self.row_of(&self.held(), xi[0]);
-        let point = row.point?;
-        let density = row.density.unwrap_or_else(|| self.density_of(&point));
+        let (point, density) = self.row_of(&self.held(), xi[0])?;
+        let density = density.unwrap_or_else(|| self.density_of(&point));
         Some(Look {
             location: self.domain.locate(&point).map_err(|why| why.0),
             density,
@@ -350,7 +411,14 @@ impl<D: Domain> Probe for Recording<'_, D> {
 
     fn densities_at(&self, places: &[Location], out: &mut Vec<(f64, f64)>) {
         out.clear();
-        out.extend(places.iter().map(|place| self.density_at(place.patch, place.at)));
+        let Some(Judge::Places(density)) = &self.density else {
+            out.extend(places.iter().map(|place| self.density_at(place.patch, place.at)));
+            return;
+        };
+        let mut densities = Vec::with_capacity(places.len());
+        density(places, &mut densities);
+        let jacobians = places.iter().map(|place| self.domain.point(place.patch, place.at).1);
+        out.extend(densities.into_iter().zip(jacobians));
     }
 
     fn describe(&self, patch: usize, at: [f64; 2]) -> String {
@@ -358,7 +426,7 @@ impl<D: Domain> Probe for Recording<'_, D> {
     }
 
     fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64> {
-        let Some(point) = self.row_of(&self.held(), xi[0]).point else { return Vec::new() };
+        let Some((point, _)) = self.row_of(&self.held(), xi[0]) else { return Vec::new() };
         let neighbours = self.domain.neighbours(&point, epsilon);
         if self.density.is_none() {
             Vec::new()

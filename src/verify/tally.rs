@@ -15,10 +15,12 @@ pub(super) const SHARD: u64 = 1 << 14;
 const BATCH: u64 = 64;
 /// Shards that share a tally once there are finer cells than samples in a shard: to empty and to merge a tally costs as much as many samples.
 const SHARED: u64 = 8;
-/// Samples that are drawn in one go.
-const CHUNK: usize = 512;
+/// Samples that are drawn in one go, few enough that all that is known of them stays in the nearest cache; of who pays for every question, more.
+const CHUNK: usize = 128;
+const SLOW_CHUNK: usize = 512;
 /// In this many first shards the density is asked again at every sample's point, later at each one in [`ASKED_RARELY`].
 const ASKED_ALWAYS: u64 = 4;
+/// A power of two: to divide by a number that isn't known costs as much as to count.
 const ASKED_RARELY: usize = 16;
 /// Rounding may move a sample on the border of the support this far beyond it.
 const BORDER: f64 = 1e-6;
@@ -246,15 +248,16 @@ fn draw_shard(
     let mut rng = stream(seed, "verify", shard);
     let dimensions = probe.dimensions().max(1);
     tally.samples += count;
-    let mut xi = vec![0.0; CHUNK * dimensions];
-    let (mut draws, mut leaves) = (Vec::with_capacity(CHUNK), Vec::with_capacity(CHUNK));
-    let (mut notes, mut values) = (Vec::with_capacity(CHUNK), Vec::new());
+    let chunk = if probe.is_slow() { SLOW_CHUNK } else { CHUNK };
+    let mut xi = vec![0.0; chunk * dimensions];
+    let (mut draws, mut leaves) = (Vec::with_capacity(chunk), Vec::with_capacity(chunk));
+    let (mut notes, mut values) = (Vec::with_capacity(chunk), Vec::new());
     let mut counter = Counter::new(probe, expectation);
     let ask = if shard < ASKED_ALWAYS { 1 } else { ASKED_RARELY };
     let mut left = count as usize;
     let mut next_row = shard * SHARD + 1;
     while left > 0 {
-        let xi = &mut xi[..left.min(CHUNK) * dimensions];
+        let xi = &mut xi[..left.min(chunk) * dimensions];
         match probe.pilots() {
             None => fill_unit(&mut rng, xi),
             // Rows, by their number plus 1.
@@ -272,7 +275,7 @@ fn draw_shard(
         let places = leaves.iter().copied().zip(notes.iter().copied());
         for (i, ((draw, place), xi)) in draws.iter().zip(places).zip(xi.chunks_exact(dimensions)).enumerate()
         {
-            counter.count(draw, place, xi, i % ask == 0, tally);
+            counter.count(draw, place, xi, i & (ask - 1) == 0, tally);
         }
         let functions = tally.known.len().max(1);
         for values in values.chunks_exact(functions) {
