@@ -327,9 +327,15 @@ pub(super) fn row_weight(rows: RowWarp, row: usize, height: usize) -> f64 {
 
 /// A place in `[0, 1]` inside a texel `size` radians wide, moved off its borders.
 #[inline]
-pub(super) fn keep_off(place: f64, size: f64) -> f64 {
-    let margin = (MARGIN / size).min(0.25);
+fn keep_off(place: f64, size: f64) -> f64 {
+    let margin = margin(size);
     place.clamp(margin, 1.0 - margin)
+}
+
+/// How far from the borders of a texel `size` radians wide samples keep, as a part of it.
+#[inline]
+pub(super) fn margin(size: f64) -> f64 {
+    (MARGIN / size).min(0.25)
 }
 
 impl Sampler for Environment {

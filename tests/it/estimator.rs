@@ -564,7 +564,9 @@ fn rectangles(cases: &[(&str, [f32; 2])]) {
         // A thousandth of what is hardly ever met takes hours.
         if expected < 0.6 * 2.0 * SELDOM {
             let lights = Lights::load(&scene).unwrap();
-            [LIGHT, mis(0.5), TWO].iter().for_each(|&strategy| known(&scene, &lights, strategy, expected, 0.0));
+            [LIGHT, mis(0.5), TWO]
+                .iter()
+                .for_each(|&strategy| known(&scene, &lights, strategy, expected, 0.0));
         } else {
             known_by_all(&scene, expected, 0.0);
         }

@@ -288,6 +288,13 @@ fn a_table_is_a_density() {
         check(&anytime, &f32s(&uniform.iter().cycle().take(240_000).cloned().collect::<Vec<_>>()));
     let judged: u64 = out.lines().nth(1).unwrap().split_whitespace().nth(3).unwrap().parse().unwrap();
     assert!(code == FAIL && judged <= 1 << 15, "{out}");
+}
+
+#[test]
+#[ignore = "long: every convention is tried"]
+fn a_table_read_by_another_measure_is_named() {
+    let folder = Folder::new();
+    let table = cosine_table(&folder);
     // Read per solid angle, the table is another density.
     let plain = ["--domain", "hemisphere", "--columns", "x,y,z,_:f32", "--density", &table, "--normalise"];
     expect(

@@ -17,7 +17,7 @@
 mod flat;
 mod rows;
 
-use super::environment::{LEAST_SINE, MARGIN, keep_off, row_weight};
+use super::environment::{LEAST_SINE, MARGIN, margin, row_weight};
 use super::{EnvironmentSample, Error, Form, RadianceMap, RowWarp, Sample, Sampler, luminance};
 use crate::domain::{Knots, LatLong, Sphere, turns};
 use flat::Flat;
@@ -52,6 +52,9 @@ pub struct PackedEnvironment {
     /// Where in a row samples are placed; only for [`RowWarp::UniformCosTheta`].
     drops: Box<[Drop]>,
     edges: LatLong,
+    /// The size of a texel along u and v, and how far from its borders samples keep, as a part of it.
+    texel: [f64; 2],
+    margins: [f64; 2],
     tables: Tables,
 }
 
@@ -159,7 +162,9 @@ impl PackedEnvironment {
             RowWarp::UniformV => Box::default(),
             RowWarp::UniformCosTheta => (0..height).map(|row| Drop::new(row, height)).collect(),
         };
-        Ok(Self { edges: LatLong::new(width, height), map, rows, row_weights, drops, tables })
+        let (texel, edges) = ([1.0 / width as f64, 1.0 / height as f64], LatLong::new(width, height));
+        let margins = [TAU * texel[0], PI * texel[1]].map(margin);
+        Ok(Self { edges, map, rows, row_weights, drops, texel, margins, tables })
     }
 
     /// The map.
@@ -219,14 +224,12 @@ impl PackedEnvironment {
 
     #[inline]
     fn u(&self, found: &Found) -> f64 {
-        let width = self.map.width() as f64;
-        (found.column as f64 + keep_off(found.across, TAU / width)) / width
+        (found.column as f64 + found.across.clamp(self.margins[0], 1.0 - self.margins[0])) * self.texel[0]
     }
 
     #[inline]
     fn uniform_v(&self, found: &Found) -> f64 {
-        let height = self.map.height() as f64;
-        (found.row as f64 + keep_off(found.down, PI / height)) / height
+        (found.row as f64 + found.down.clamp(self.margins[1], 1.0 - self.margins[1])) * self.texel[1]
     }
 
     /// The directions of what was found, and the sines of their theta.
