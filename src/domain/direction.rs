@@ -60,7 +60,7 @@ fn locate_directions(
         let (theta, phi) = (turns::angles(&r, &z), turns::angles(&y, &x));
         out.extend(some.iter().enumerate().map(|(i, w)| {
             if is_unit(*w) && inside(*w) {
-                Ok(Location { patch: 0, at: [(theta[i] * (1.0 / range)).min(1.0), phi[i] * (1.0 / TAU)] })
+                Ok(Location { patch: 0, at: [(theta[i] / range).min(1.0), phi[i] / TAU] })
             } else {
                 locate(w)
             }
@@ -433,7 +433,7 @@ mod tests {
             match (domain.locate(w), many) {
                 (Ok(one), Ok(many)) => {
                     for (a, b) in one.at.into_iter().zip(many.at) {
-                        assert!((a - b).abs() <= 9e-16 * a, "{w}: {a} {b}"); // four units in the last place
+                        assert!((a - b).abs() <= 4e-16 * a, "{w}: {a} {b}");
                         assert!((0.0..=1.0).contains(&b), "{w}: {b}");
                     }
                 }

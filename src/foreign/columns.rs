@@ -151,6 +151,8 @@ impl FromStr for Columns {
 /// Where the coordinates of a point are.
 #[derive(Clone, Debug, PartialEq)]
 enum Place {
+    /// As the domain has them, side by side.
+    Run(Vec<usize>),
     /// As the domain has them.
     Direct(Vec<usize>),
     /// (u, v) of a lat-long map: phi / 2 pi and theta / range.
@@ -159,6 +161,13 @@ enum Place {
     Angles([usize; 2]),
     /// b1 and b2, b0 being what is left to 1.
     Barycentric([usize; 2]),
+}
+
+impl Place {
+    fn of(columns: Vec<usize>) -> Self {
+        let side_by_side = columns.windows(2).all(|pair| pair[1] == pair[0] + 1);
+        if side_by_side { Self::Run(columns) } else { Self::Direct(columns) }
+    }
 }
 
 /// What each column of a row is.
@@ -203,7 +212,7 @@ impl Layout {
                     return Err(format!("there are {width} columns; say which with --columns: {}", wanted()));
                 }
             };
-            let place = Place::Direct((0..own.len()).collect());
+            let place = Place::of((0..own.len()).collect());
             return Ok(Self { place, density, weight: None, value: None, kept: None });
         }
         if names.len() != width {
@@ -218,17 +227,17 @@ impl Layout {
         let all = |wanted: &[&str]| wanted.iter().map(|name| find(name)).collect::<Option<Vec<_>>>();
         let pair = |a: &str, b: &str| Some([find(a)?, find(b)?]);
         let (place, used): (Option<Place>, &[&str]) = if let Some(direct) = all(own) {
-            (Some(Place::Direct(direct)), own)
+            (Some(Place::of(direct)), own)
         } else if let (true, Some(uv)) = (domain.has_frame(), pair("u", "v")) {
             (Some(Place::LatLong(uv)), &["u", "v"])
         } else if let (true, Some(angles)) = (domain.has_frame(), pair("theta", "phi")) {
             (Some(Place::Angles(angles)), &["theta", "phi"])
         } else if let ("square", Some(uv)) = (domain.name(), pair("u", "v")) {
-            (Some(Place::Direct(uv.to_vec())), &["u", "v"])
+            (Some(Place::of(uv.to_vec())), &["u", "v"])
         } else if let ("triangle", Some(b)) = (domain.name(), pair("b1", "b2")) {
             (Some(Place::Barycentric(b)), &["b1", "b2"])
         } else if let ("discrete", Some(index)) = (domain.name(), find("index")) {
-            (Some(Place::Direct(vec![index])), &["index"])
+            (Some(Place::of(vec![index])), &["index"])
         } else {
             (None, &[])
         };
@@ -281,7 +290,7 @@ impl Layout {
     /// Columns of the point.
     pub(super) fn point_columns(&self) -> &[usize] {
         match &self.place {
-            Place::Direct(columns) => columns,
+            Place::Run(columns) | Place::Direct(columns) => columns,
             Place::LatLong(pair) | Place::Angles(pair) | Place::Barycentric(pair) => pair,
         }
     }
@@ -299,10 +308,8 @@ impl Layout {
             convention.point(&[sin_theta * cos, sin_theta * sin, cos_theta])
         };
         match &self.place {
-            // As they lie there, which is the usual way, they need not be copied.
-            Place::Direct(columns) if columns.windows(2).all(|pair| pair[1] == pair[0] + 1) => {
-                convention.point(&row[columns[0]..])
-            }
+            // Need not be copied.
+            Place::Run(columns) => convention.point(&row[columns[0]..]),
             Place::Direct(columns) => match columns[..] {
                 [a] => convention.point(&[row[a]]),
                 [a, b] => convention.point(&[row[a], row[b]]),

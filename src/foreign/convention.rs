@@ -159,14 +159,15 @@ impl Measure {
 
     /// What a density per this measure is to be multiplied by to be one per the domain's own.
     pub fn factor(self, space: &dyn Space, at: &Location) -> f64 {
-        let range = if space.name() == "hemisphere" { 0.5 * PI } else { PI };
-        let theta = range * at.at[0];
+        // Asked of every sample: names are compared only where that matters.
+        let range = || if space.name() == "hemisphere" { 0.5 * PI } else { PI };
+        let theta = || range() * at.at[0];
         match self {
             Self::SolidAngle | Self::Area | Self::Length | Self::Mass => 1.0,
-            Self::ProjectedSolidAngle => theta.cos().abs(),
-            Self::ThetaPhi => 1.0 / theta.sin(),
+            Self::ProjectedSolidAngle => theta().cos().abs(),
+            Self::ThetaPhi => 1.0 / theta().sin(),
             Self::Uv => match space.name() {
-                "sphere" | "hemisphere" => 1.0 / (2.0 * PI * range * theta.sin()),
+                "sphere" | "hemisphere" => 1.0 / (2.0 * PI * range() * theta().sin()),
                 "triangle" => 0.5 / space.measure(),
                 _ => 1.0,
             },

@@ -50,8 +50,6 @@ pub struct Table<D> {
     integral: f64,
     /// The axes of the chart that rows and columns run along.
     axes: [usize; 2],
-    /// Whether the measure is the domain's own.
-    own: bool,
 }
 
 impl<D: Coordinates> Table<D> {
@@ -84,8 +82,7 @@ impl<D: Coordinates> Table<D> {
             return Err(TableError::Texel { row: i / columns, column: i % columns, value: values[i] });
         }
         let axes = if matches!(domain.name(), "sphere" | "hemisphere" | "disk") { [0, 1] } else { [1, 0] };
-        let own = measure == Measure::of(&domain)[0];
-        let mut table = Self { domain, rows, columns, values, measure, integral: 0.0, axes, own };
+        let mut table = Self { domain, rows, columns, values, measure, integral: 0.0, axes };
         table.integral = (0..table.values.len())
             .map(|i| table.values[i] * table.texel_measure(i / columns, i % columns))
             .sum();
@@ -133,23 +130,18 @@ impl<D: Coordinates> Table<D> {
         }
     }
 
-    #[inline]
-    fn factor(&self, location: &Location) -> f64 {
-        if self.own { 1.0 } else { self.measure.factor(&self.domain, location) }
-    }
-
     /// The density at a location, per the domain's own measure.
     #[inline]
     pub fn at(&self, location: &Location) -> f64 {
         // Signed on the way: what converts to it is one instruction.
         let index = |x: f64, n: usize| ((x * n as f64) as i64 as usize).min(n - 1);
         if self.domain.axes() == 0 {
-            return self.values[location.patch] * self.factor(location);
+            return self.values[location.patch] * self.measure.factor(&self.domain, location);
         }
         let [down, across] = self.axes;
         let value = self.values
             [index(location.at[down], self.rows) * self.columns + index(location.at[across], self.columns)];
-        if value == 0.0 { 0.0 } else { value * self.factor(location) }
+        if value == 0.0 { 0.0 } else { value * self.measure.factor(&self.domain, location) }
     }
 
     /// The density at a point, per the domain's own measure; 0 outside.

@@ -87,7 +87,7 @@ pub(super) trait Probe: Sync {
     fn dimensions(&self) -> usize;
     fn knots(&self) -> &Knots;
     fn variate_knots(&self, dimension: usize) -> Vec<f64>;
-    /// A sample for every `dimensions` of the variates into `out`; every `ask`-th is asked for its density again. The values f / density of the
+    /// A sample for every `dimensions` of the variates into `out`; every `ask`-th, a power of two, is asked for its density again. The values f / density of the
     /// functions with known integrals go to `values`, as many for each sample as there are functions.
     fn draw(&self, xi: &[f64], ask: usize, out: &mut Vec<Draw>, values: &mut Vec<f64>);
     /// Only where the samples fall.

@@ -538,6 +538,7 @@ fn polygon() -> (Scene, f64) {
 
 /// Of a cosine lobe, what an emitter holds that only strategies which aim at it are asked for.
 const SELDOM: f64 = 0.1;
+const AIMING: [Strategy; 3] = [LIGHT, mis(0.5), TWO];
 
 /// A rectangle above a point, parallel to its plane, and one that stands on it, by their configuration factors at unit distance (two
 /// mirrored halves, so that its width is from -A to A).
@@ -564,9 +565,7 @@ fn rectangles(cases: &[(&str, [f32; 2])]) {
         // A thousandth of what is hardly ever met takes hours.
         if expected < 0.6 * 2.0 * SELDOM {
             let lights = Lights::load(&scene).unwrap();
-            [LIGHT, mis(0.5), TWO]
-                .iter()
-                .for_each(|&strategy| known(&scene, &lights, strategy, expected, 0.0));
+            AIMING.iter().for_each(|&strategy| known(&scene, &lights, strategy, expected, 0.0));
         } else {
             known_by_all(&scene, expected, 0.0);
         }
@@ -579,7 +578,7 @@ fn rectangles_over_a_floor() {
     rectangles(&[("Fpar", [2.0, 0.5]), ("Fper", [2.0, 2.0])]);
 }
 
-/// `cargo test --release --test it -- --ignored all_rectangles`: five minutes.
+/// `cargo test --release --test it -- --ignored all_rectangles`: long.
 #[test]
 #[ignore = "long: many samples"]
 fn all_rectangles_over_a_floor() {
@@ -630,7 +629,7 @@ fn spheres(cases: &[(f64, f64)], strategies: &[Strategy]) {
             // What is left of it above the horizon shrinks faster than the sphere: like the 5/2th power of the angle.
             let left = 90.0 + sine.asin().to_degrees() - angle;
             let off = if angle < 90.0 { 3e-4 } else { 3e-4_f64.max(2.5 * 1.4e-4 * sine.to_degrees() / left) };
-            if irradiance >= PI * SELDOM || [LIGHT, mis(0.5), TWO].contains(&strategy) {
+            if irradiance >= PI * SELDOM || AIMING.contains(&strategy) {
                 known(&scene, &lights, strategy, 0.5 / PI * irradiance, off);
             }
         }
@@ -643,7 +642,7 @@ fn a_sphere_partly_under_the_horizon() {
     spheres(&[(0.9, 60.0)], &[UNIFORM, BRDF]);
 }
 
-/// `cargo test --release --test it -- --ignored all_spheres`: some minutes. All 24 that are tabled.
+/// `cargo test --release --test it -- --ignored all_spheres`: long. All 24 that are tabled.
 #[test]
 #[ignore = "long: many samples"]
 fn all_spheres_partly_under_the_horizon() {
