@@ -330,7 +330,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 Specimen::sampler(LeavesOver { sampler: table, left_over })
             },
         )
-        .seen("Mitsuba 3, distr_1d.h: sample_reuse gives (value - cdf) / pmf as it is")
+        .seen("wjakob/nori PR 32 (sampleReuse leaves [0, 1]); mitsuba3's distr_1d.h divides without a clamp, too")
         .caught(&["support"], &["left-over variate outside"]),
         Fault::new(
             "discrete/left-over-unscaled",
@@ -378,7 +378,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 )))
             })
         })
-        .seen("the range of f32, where light powers are summed up")
+        .seen("torch/cutorch PR 712 (2.1e38 + 1.7e38 is infinite in f32: the index is uninitialised memory)")
         .caught(NOT_REFUSED.0, NOT_REFUSED.1)
         .no_sampler(),
     ]

@@ -226,7 +226,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 })
             },
         )
-        .seen("W and H exchanged in one of two loops")
+        .seen("SmallVCM #8 (a film's row is index / resY), raylib #715 (y * height, which square textures hide)")
         .caught(&["chi-square"], &["table read by columns"]),
         Fault::new(
             "environment/theta-for-phi",
@@ -321,7 +321,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 })
             },
         )
-        .seen("the order of two steps of the marginal")
+        .seen("no thread about it was found")
         .caught(&["chi-square"], &["rows normalised"]),
         Fault::new(
             "environment/absolute-threshold",

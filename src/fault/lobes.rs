@@ -191,7 +191,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 Specimen::sampler(from_fn(Hemisphere, again, move |w: Vec3| lobe.density(w)))
             },
         )
-        .seen("the loop `do … while (w.z < 0)`")
+        .seen("pyne PR 556 (a particle that starts in a void is drawn again, 'not statistically correct')")
         .caught(&["chi-square"], &["rejected samples drawn again"]),
         Fault::new(
             "lobes/pow-of-a-negative",

@@ -183,7 +183,7 @@ pub(super) fn faults() -> Vec<Fault> {
         Fault::new("solid-angle/distance-squared-twice", "the square of a squared distance", LIGHT, || {
             claiming(|m, _| m.density * m.distance.powi(2))
         })
-        .seen("a `distance2` that is squared again")
+        .seen("RadeonProRender-Baikal #82 (area to solid angle converted twice: large scenes are darker)")
         .caught(&["chi-square", "jacobian"], &["divided by the distance squared"]),
         Fault::new(
             "solid-angle/back-side-counted",

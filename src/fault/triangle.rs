@@ -87,7 +87,7 @@ pub(super) fn faults() -> Vec<Fault> {
             FOLD,
             || warp(|u, v| if u < v * v { (0.5 * u, v - 0.5 * u) } else { (u - 0.5 * v, 0.5 * v) }),
         )
-        .seen("printed in a widely copied text")
+        .seen("a misprint of Heitz's map that is copied; no thread about it was found")
         .caught(&["domain", "support"], &["branch squared"]),
         Fault::new("triangle/no-square-root", "b0 = 1 - xi0: samples bunch at a vertex", ROOT, || {
             warp(|u, v| (1.0 - u, v * u))
@@ -103,7 +103,7 @@ pub(super) fn faults() -> Vec<Fault> {
         Fault::new("triangle/fold-one-coordinate", "only one coordinate is folded back", FOLD, || {
             warp(|u, v| if u + v > 1.0 { (1.0 - u, v) } else { (u, v) })
         })
-        .seen("the classic parallelogram fold, half done")
+        .seen("bevyengine/bevy PR 12766 (suggested in review: |1 - u - v| folds one weight of three)")
         .caught(&["domain", "support"], &["one coordinate folded"]),
         Fault::new(
             "triangle/area-without-half",
@@ -119,7 +119,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 )
             },
         )
-        .seen("gkjohnson/three-gpu-pathtracer PR 184 (a factor of 2 in a disk light) is its neighbour")
+        .seen("KratosMultiphysics/Kratos #1158 (the area normal of a triangle lacks its 1/2)")
         .caught(&["chi-square", "normalisation", "jacobian"], &["constant 1 / 2"]),
         Fault::new(
             "triangle/area-in-object-space",
@@ -141,7 +141,7 @@ pub(super) fn faults() -> Vec<Fault> {
             QUAD,
             || quad([[0, 1, 2], [0, 2, 1]]),
         )
-        .seen("the usual typo of index lists")
+        .seen("PointCloudLibrary/pcl PR 226 (A-B-C-D for A-B-D-C), BlueEngine #91 (a cube lacks a triangle)")
         .caught(&["chi-square"], &["hole"]),
         Fault::new(
             "triangle/wrong-side-emits",
