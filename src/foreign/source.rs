@@ -63,6 +63,34 @@ impl Samples {
         columns: Option<&Columns>,
         convention: &Convention<D>,
     ) -> Result<Self, ReadError> {
+        let Opened { name, rows, names, bytes } = Opened::new(place, columns)?;
+        let names = match columns {
+            Some(columns) => columns.names.clone(),
+            None => named_by_domain(&names, &convention.domain),
+        };
+        let layout = Layout::new(&convention.domain, &names, rows.width())
+            .map_err(|why| ReadError::Columns { name: name.clone(), why })?;
+        let check = Check::new(name, convention.clone(), layout.clone(), names, bytes);
+        Ok(Self { rows: Ahead::new(rows, check), layout })
+    }
+
+    /// What the columns are.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+}
+
+/// A file or pipe whose reader has been chosen.
+struct Opened {
+    name: String,
+    rows: Box<dyn Rows>,
+    names: Vec<String>,
+    /// How its numbers are written, if it is nothing but bytes.
+    bytes: Option<Vec<Number>>,
+}
+
+impl Opened {
+    fn new(place: &Place, columns: Option<&Columns>) -> Result<Self, ReadError> {
         let name = place.name();
         let mut reader = place.open()?;
         let mut magic = Vec::new();
@@ -104,20 +132,8 @@ impl Samples {
         } else {
             text::rows(&name, whole(reader))?
         };
-        let names = match columns {
-            Some(columns) => columns.names.clone(),
-            None => named_by_domain(&names, &convention.domain),
-        };
-        let layout = Layout::new(&convention.domain, &names, rows.width())
-            .map_err(|why| ReadError::Columns { name: name.clone(), why })?;
-        let known = if typed.is_some() && !magic.starts_with(npy::MAGIC) { typed } else { None };
-        let check = Check::new(name, convention.clone(), layout.clone(), names, known);
-        Ok(Self { rows: Ahead::new(rows, check), layout })
-    }
-
-    /// What the columns are.
-    pub fn layout(&self) -> &Layout {
-        &self.layout
+        let bytes = if magic.starts_with(npy::MAGIC) { None } else { typed };
+        Ok(Self { name, rows, names, bytes })
     }
 }
 

@@ -148,10 +148,9 @@ pub trait Sampler: Sync {
     /// # Panics
     /// If `xi` has another length.
     fn fill_points(&self, xi: &[f64], points: &mut [Option<PointOf<Self>>]) {
-        let mut samples = Vec::new();
-        samples.resize_with(points.len(), || None);
+        let mut samples = nothing_yet(points.len());
         self.fill(xi, &mut samples);
-        points.iter_mut().zip(samples).for_each(|(point, sample)| *point = sample.map(|sample| sample.point));
+        keep_points(samples, points);
     }
 
     /// The density at a point, per the domain's measure.
@@ -175,7 +174,7 @@ pub trait Sampler: Sync {
         if self.dimensions() != self.domain().axes() {
             return None;
         }
-        Some(vec![Preimage { xi: self.invert(point)?, selecting: 0, weight: 1.0 }])
+        self.invert(point).map(only_preimage)
     }
 
     /// A variate that sampling left over, re-scaled for reuse: uniform in `[0, 1)` and independent of the point. `None` where there is none.
@@ -216,6 +215,22 @@ pub trait Sampler: Sync {
     fn knots(&self) -> Knots {
         Knots::default()
     }
+}
+
+// What the default methods do that depends on no sampler, apart, so that it is compiled once a point's type and not once a sampler.
+
+fn nothing_yet<P>(count: usize) -> Vec<Option<Sample<P>>> {
+    let mut samples = Vec::new();
+    samples.resize_with(count, || None);
+    samples
+}
+
+fn keep_points<P>(samples: Vec<Option<Sample<P>>>, points: &mut [Option<P>]) {
+    points.iter_mut().zip(samples).for_each(|(point, sample)| *point = sample.map(|sample| sample.point));
+}
+
+fn only_preimage(xi: Vec<f64>) -> Vec<Preimage> {
+    vec![Preimage { xi, selecting: 0, weight: 1.0 }]
 }
 
 /// [`Sampler::fill`] into the emptied `out`.

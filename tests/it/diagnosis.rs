@@ -43,8 +43,14 @@ where
         sample: impl Fn([f64; 4]) -> Option<D::Point> + Sync,
         density: impl Fn(D::Point) -> f64 + Sync,
     ) -> (Verdict, Option<Diagnosis>) {
-        let (sample, density): (Sample<'_, D::Point>, Density<'_, D::Point>) =
-            (Box::new(sample), Box::new(density));
+        self.diagnose_boxed(Box::new(sample), Box::new(density))
+    }
+
+    fn diagnose_boxed(
+        &self,
+        sample: Sample<'_, D::Point>,
+        density: Density<'_, D::Point>,
+    ) -> (Verdict, Option<Diagnosis>) {
         let sampler = from_fn(self.domain.clone(), sample, density).with_knots(self.knots.clone());
         // Without what rests on quadrature where others fail too: it is made again where it is doubted, which takes far longer than the diagnosis.
         let run = |without: &[&str]| {
