@@ -133,14 +133,39 @@ impl<D: Coordinates> Table<D> {
     /// The density at a location, per the domain's own measure.
     #[inline]
     pub fn at(&self, location: &Location) -> f64 {
+        self.converted(self.values[self.texel(location)], location)
+    }
+
+    /// The densities at many locations, in their order, appended to `out`.
+    pub fn at_many(&self, locations: &[Location], out: &mut Vec<f64>) {
+        // Texels are all over the memory: loops with nothing else in them wait for many at once.
+        let mut texels = [0; 64];
+        for locations in locations.chunks(texels.len()) {
+            for (texel, location) in texels.iter_mut().zip(locations) {
+                *texel = self.texel(location);
+            }
+            let start = out.len();
+            out.extend(texels[..locations.len()].iter().map(|&texel| self.values[texel]));
+            for (value, location) in out[start..].iter_mut().zip(locations) {
+                *value = self.converted(*value, location);
+            }
+        }
+    }
+
+    #[inline]
+    fn texel(&self, location: &Location) -> usize {
+        if self.domain.axes() == 0 {
+            return location.patch;
+        }
         // Signed on the way: what converts to it is one instruction.
         let index = |x: f64, n: usize| ((x * n as f64) as i64 as usize).min(n - 1);
-        if self.domain.axes() == 0 {
-            return self.values[location.patch] * self.measure.factor(&self.domain, location);
-        }
         let [down, across] = self.axes;
-        let value = self.values
-            [index(location.at[down], self.rows) * self.columns + index(location.at[across], self.columns)];
+        index(location.at[down], self.rows) * self.columns + index(location.at[across], self.columns)
+    }
+
+    /// What stands in the table, per the domain's own measure.
+    #[inline]
+    fn converted(&self, value: f64, location: &Location) -> f64 {
         if value == 0.0 { 0.0 } else { value * self.measure.factor(&self.domain, location) }
     }
 

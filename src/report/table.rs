@@ -122,9 +122,9 @@ fn told(report: &Report, lines: &[Line], style: Style, replay: impl Fn(&str) -> 
         "time"
     );
     for line in lines {
-        let seen = line
-            .seen
-            .map_or("-".to_owned(), |(error, mass)| format!("{} on {}%", percent(error), 100.0 * mass));
+        let seen = line.seen.map_or("-".to_owned(), |(error, mass)| {
+            format!("{} on {}%", percent(error), (100.0 * mass).round())
+        });
         let p = line.p.map_or("-".to_owned(), |p| p_value(p).trim_start_matches("= ").replace("< ", "<"));
         let _ = writeln!(
             out,

@@ -100,10 +100,15 @@ impl Examination {
         self.findings.iter().filter(|f| f.evidence.p_values().is_some()).count() as u64
     }
 
-    /// The relative error over 1, 5, 20 and 50% of the mass, in one piece, that would have been caught with probability 0.99 at level `alpha`.
+    /// The relative error over 1, 5, 20 and 50% of the mass, in one piece, that would have been caught with probability 0.99 at level `alpha`; of densities
+    /// that came with the samples, over the share of them that could be judged.
     pub fn power(&self, alpha: f64) -> Vec<Power> {
-        // The bets of a run that stops early have no power at a fixed number of samples.
-        if self.anytime { Vec::new() } else { power::power(self.axes, &self.scales, self.worth(), alpha) }
+        match self.against {
+            // The bets of a run that stops early have no power at a fixed number of samples.
+            _ if self.anytime => Vec::new(),
+            Against::OwnDensities => self.findings.iter().filter_map(|finding| finding.power).collect(),
+            _ => power::power(self.axes, &self.scales, self.worth(), alpha),
+        }
     }
 
     /// The probability with which a relative error of the density over `mass` of it, in one piece, would have been caught at level `alpha`; `None` in a run that

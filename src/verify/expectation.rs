@@ -5,7 +5,7 @@
 //! and what even those may have missed is added to the error of the total. None of these samples are the ones that are judged.
 
 use super::probe::{Fate, Probe, each_pilot};
-use crate::domain::{Cell, Groups, Integral, Integrator, Location, Partition, integrate_at_random};
+use crate::domain::{Cell, Groups, Integral, Integrator, Location, Partition, Space, integrate_at_random};
 use crate::random::{fill_unit, stream, unit_f64};
 use std::collections::HashMap;
 
@@ -13,6 +13,11 @@ use std::collections::HashMap;
 const PILOTS: [u64; 2] = [1 << 14, 1 << 18];
 const PILOTS_SHARE: u64 = 64;
 const PILOTS_PER_LEAF: usize = 8;
+/// The same where pilots have to show the density by themselves: the more, the larger the part of the leaf that they span.
+const RESOLVING_PER_LEAF: usize = 16;
+const LEAST_RESOLVING: usize = 4;
+/// The largest ratio of densities of one magnitude.
+pub(super) const FLAT: f64 = 4.0;
 const SHARD: usize = 1 << 11;
 /// Samples that look for slivers, at least and at most; as a share of those that are judged between.
 const GUIDES: [u64; 2] = [1 << 17, 1 << 22];
@@ -47,8 +52,95 @@ pub(super) struct Expectation {
     pub contradiction: Option<String>,
     /// Of a discrete domain: the mass of the entries whose index leaves each remainder, for each of [`MODULI`].
     pub remainders: Vec<Vec<f64>>,
-    /// The largest 1 / density of each leaf's pilots, where there is no density to be asked of.
-    pub largest_weights: Vec<f64>,
+    /// What is known of each leaf's density where there is none to be asked of; empty otherwise.
+    pub resolved: Vec<Option<Resolved>>,
+}
+
+/// The part of a leaf whose density its pilots show: the box that they span, in which their densities are of one magnitude. What lies around it may
+/// have any density, and where that is low its 1 / density decides a mean although no sample is ever seen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Resolved {
+    low: [f64; 2],
+    size: [f64; 2],
+    /// How many [squares](Self::SQUARES) there are along each axis, and their shares of the measure.
+    squares: [usize; 2],
+    pub shares: [f32; Self::SQUARES],
+    /// The harmonic mean of the pilots' densities. Weights are this over the density: near 1 all over the domain.
+    pub scale: f64,
+    /// What the mean of the weights should be.
+    pub expected: f64,
+    /// The largest weight of a pilot.
+    pub largest: f64,
+    /// Sums of the second and third power of the pilots' weights.
+    pub powers: [f64; 2],
+}
+
+impl Resolved {
+    /// Each is cut into so many, to see whether samples fill it.
+    pub const SQUARES: usize = 16;
+
+    /// Of a leaf whose pilots have these 1 / density.
+    fn new(space: &dyn Space, partition: &Partition, leaf: usize, weights: &[f64]) -> Option<Self> {
+        let mut cell = partition.leaves()[leaf].clone();
+        let (least, largest) =
+            weights.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &w| (low.min(w), high.max(w)));
+        let flat = least > 0.0 && largest.is_finite() && largest <= FLAT * least;
+        let [low, high] = partition.pilot_box(leaf)?;
+        if !flat || space.axes() > 0 && weights.len() < LEAST_RESOLVING {
+            return None;
+        }
+        for axis in 0..space.axes() {
+            (cell.low[axis], cell.high[axis]) = (low[axis], high[axis]);
+        }
+        let scale = weights.len() as f64 / weights.iter().sum::<f64>();
+        let squares = match space.axes() {
+            0 => [1, 1],
+            1 => [Self::SQUARES, 1],
+            _ => [4, Self::SQUARES / 4],
+        };
+        let size = [0, 1].map(|axis| high[axis] - low[axis]);
+        let measure = space.cell_measure(&cell);
+        let shares = std::array::from_fn(|i| {
+            let mut square = cell.clone();
+            let along = [i / squares[1] % squares[0], i % squares[1]];
+            for axis in 0..space.axes() {
+                let edge = |k: usize| low[axis] + size[axis] * k as f64 / squares[axis] as f64;
+                (square.low[axis], square.high[axis]) = (edge(along[axis]), edge(along[axis] + 1));
+            }
+            (space.cell_measure(&square) / measure) as f32
+        });
+        Some(Self {
+            low,
+            size,
+            squares,
+            shares,
+            scale,
+            expected: scale * measure,
+            largest: scale * largest,
+            powers: [2, 3].map(|power| weights.iter().map(|w| (scale * w).powi(power)).sum()),
+        })
+    }
+
+    /// The square that a place lies in.
+    #[inline]
+    pub fn square(&self, at: &[f64; 2]) -> Option<usize> {
+        let mut square = 0;
+        for axis in 0..2 {
+            let from = at[axis] - self.low[axis];
+            if !(0.0..=self.size[axis]).contains(&from) {
+                return None;
+            }
+            let number = self.squares[axis];
+            let along = (from / self.size[axis].max(f64::MIN_POSITIVE) * number as f64) as usize;
+            square = square * number + along.min(number - 1);
+        }
+        Some(square)
+    }
+
+    /// How many squares there are.
+    pub fn squares(&self) -> usize {
+        self.squares[0] * self.squares[1]
+    }
 }
 
 /// The two coarsest scales as they were when samples were counted by them, and what else the tally has to know of each leaf.
@@ -70,11 +162,6 @@ impl LeafNote {
     #[inline]
     pub fn cell(self) -> usize {
         usize::from(self.cell)
-    }
-
-    #[inline]
-    pub fn is_cut(self) -> bool {
-        self.cut != 0
     }
 
     #[inline]
@@ -163,17 +250,17 @@ impl Expectation {
         draws.retain(|draw| draw.fate == Fate::Drawn);
         let space = probe.space();
         let pilots: Vec<Location> = draws.iter().map(|draw| draw.location).collect();
-        let per_leaf = if space.axes() == 0 { 1 } else { PILOTS_PER_LEAF };
+        let per_leaf = if space.axes() == 0 { 1 } else { RESOLVING_PER_LEAF };
         let partition = Partition::from_pilots(space, pilots, probe.knots(), per_leaf);
-        let none = || vec![0.0_f64; partition.leaves().len()];
-        let (mut shares, mut largest_weights) = (none(), none());
+        let mut weights = vec![Vec::new(); partition.leaves().len()];
         for draw in &draws {
-            let leaf = partition.leaf_of(&draw.location);
-            shares[leaf] += 1.0 / count as f64;
-            largest_weights[leaf] = largest_weights[leaf].max(1.0 / draw.density);
+            weights[partition.leaf_of(&draw.location)].push(1.0 / draw.density);
         }
+        let share = |weights: &Vec<f64>| weights.len() as f64 / count as f64;
         let leaves: Vec<Integral> =
-            shares.into_iter().map(|value| Integral { value, ..Integral::default() }).collect();
+            weights.iter().map(|w| Integral { value: share(w), ..Integral::default() }).collect();
+        let resolved =
+            weights.iter().enumerate().map(|(leaf, w)| Resolved::new(space, &partition, leaf, w)).collect();
         let unknown = Integral { value: f64::NAN, error: f64::NAN, ..Integral::default() };
         let scales = scales(&partition, &leaves, samples);
         let coarse = Coarse::new(&scales, &[], leaves.len());
@@ -186,7 +273,7 @@ impl Expectation {
             marginals: Vec::new(),
             contradiction: None,
             remainders: Vec::new(),
-            largest_weights,
+            resolved,
         }
     }
 
@@ -271,7 +358,6 @@ impl Expectation {
         }
         let scales = scales(&partition, &leaves, samples);
         let coarse = Coarse::new(&scales, &marginals, leaves.len());
-        let largest_weights = Vec::new();
         Self {
             partition,
             leaves,
@@ -281,7 +367,7 @@ impl Expectation {
             marginals,
             contradiction,
             remainders,
-            largest_weights,
+            resolved: Vec::new(),
         }
     }
 

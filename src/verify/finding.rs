@@ -1,5 +1,6 @@
 //! What one check found.
 
+use super::Power;
 use std::fmt::{Display, Formatter};
 
 /// The outcome of a check, a sampler or a run.
@@ -72,11 +73,13 @@ pub struct Finding {
     pub detail: String,
     /// What it would have caught, as a phrase: "a relative error of 1e-3 over 3% of the variates"; empty where that can't be said.
     pub sees: String,
+    /// The same in figures, where it is a relative error over a share of the mass.
+    pub power: Option<Power>,
 }
 
 impl Finding {
     pub(super) fn new(check: &'static str, evidence: Evidence, detail: impl Into<String>) -> Self {
-        Self { check, part: String::new(), evidence, detail: detail.into(), sees: String::new() }
+        Self { check, part: String::new(), evidence, detail: detail.into(), sees: String::new(), power: None }
     }
 
     pub(super) fn certain(check: &'static str, verdict: Verdict, detail: impl Into<String>) -> Self {

@@ -90,11 +90,13 @@ impl<P> Batch<P> {
     }
 }
 
+/// Appends what some rows say, at once: a call for each would cost as much as all else.
+type RowsOf<'a, P> = Box<dyn Fn(&[f64], &mut Batch<P>) + Send + Sync + 'a>;
+
 /// Samples that are being read, and what they are held against.
 pub struct Recording<'a, D: Domain> {
     domain: D,
-    /// Appends what some rows say, at once: a call for each would cost as much as all else.
-    rows_of: Box<dyn Fn(&[f64], &mut Batch<D::Point>) + Send + Sync + 'a>,
+    rows_of: RowsOf<'a, D::Point>,
     width: usize,
     columns: Columns,
     density: Option<Judge<'a, D::Point>>,
@@ -172,50 +174,71 @@ fn read_up_to(rows: &mut dyn Rows, wanted: usize, out: &mut Vec<f64>, error: &mu
 /// Where the first rows can't be read, or there are none.
 pub fn recording<'a, D: Domain>(
     domain: D,
-    mut rows: impl Rows + 'a,
+    rows: impl Rows + 'a,
     row: impl Fn(&[f64]) -> Row<D::Point> + Send + Sync + 'a,
 ) -> Result<Recording<'a, D>, RowsError> {
-    let (width, mut head) = (rows.width(), Vec::new());
-    let mut known = rows.count();
-    let wanted = known.map_or(PILOTS[0], |n| (n / PILOTS_SHARE).clamp(PILOTS[0], PILOTS[1]));
-    // As many rows as make sure that there are enough for pilots, or that there are few.
-    let most = wanted.max(PILOTS[0] * FEW_PILOTS_SHARE) as usize;
-    while head.len() < most * width {
-        if rows.read(most - head.len() / width, &mut head)? == 0 {
-            known = Some((head.len() / width) as u64);
-            break;
-        }
-    }
-    let there = (head.len() / width) as u64;
-    if there == 0 {
-        return Err("there are no samples: not a single row".into());
-    }
-    let pilots = wanted.min((there / FEW_PILOTS_SHARE).max(1)) as usize;
-    let ahead = head.split_off(pilots * width);
-    let first = row(&head[..width]);
+    let opened = Opened::new(Box::new(rows))?;
+    let width = opened.width;
+    let first = row(&opened.pilots[..width]);
     let columns = Columns { density: first.density.is_some(), weight: first.weight.is_some() };
     let rows_of = move |numbers: &[f64], out: &mut Batch<D::Point>| {
         numbers.chunks_exact(width).for_each(|numbers| out.push(row(numbers), columns));
     };
-    Ok(Recording {
-        columns,
-        domain,
-        rows_of: Box::new(rows_of),
-        width,
-        density: None,
-        cell_mass: None,
-        knots: Knots::default(),
-        partial: false,
-        integral: None,
-        name: "samples".to_owned(),
-        pilots: head,
-        rows: known,
-        source: Mutex::new(Source { rows: Box::new(rows), ahead, error: None }),
-        held: RwLock::new((0, Vec::new())),
-    })
+    Ok(Recording::of(domain, opened, columns, Box::new(rows_of)))
+}
+
+/// Rows of which the first are read.
+struct Opened<'a> {
+    width: usize,
+    pilots: Vec<f64>,
+    /// How many there are, where that is known.
+    count: Option<u64>,
+    source: Source<'a>,
+}
+
+impl<'a> Opened<'a> {
+    fn new(mut rows: Box<dyn Rows + 'a>) -> Result<Self, RowsError> {
+        let (width, mut head) = (rows.width(), Vec::new());
+        let mut known = rows.count();
+        let wanted = known.map_or(PILOTS[0], |n| (n / PILOTS_SHARE).clamp(PILOTS[0], PILOTS[1]));
+        // As many rows as make sure that there are enough for pilots, or that there are few.
+        let most = wanted.max(PILOTS[0] * FEW_PILOTS_SHARE) as usize;
+        while head.len() < most * width {
+            if rows.read(most - head.len() / width, &mut head)? == 0 {
+                known = Some((head.len() / width) as u64);
+                break;
+            }
+        }
+        let there = (head.len() / width) as u64;
+        if there == 0 {
+            return Err("there are no samples: not a single row".into());
+        }
+        let pilots = wanted.min((there / FEW_PILOTS_SHARE).max(1)) as usize;
+        let ahead = head.split_off(pilots * width);
+        Ok(Self { width, pilots: head, count: known, source: Source { rows, ahead, error: None } })
+    }
 }
 
 impl<'a, D: Domain> Recording<'a, D> {
+    fn of(domain: D, opened: Opened<'a>, columns: Columns, rows_of: RowsOf<'a, D::Point>) -> Self {
+        Self {
+            columns,
+            domain,
+            rows_of,
+            width: opened.width,
+            density: None,
+            cell_mass: None,
+            knots: Knots::default(),
+            partial: false,
+            integral: None,
+            name: "samples".to_owned(),
+            pilots: opened.pilots,
+            rows: opened.count,
+            source: Mutex::new(opened.source),
+            held: RwLock::new((0, Vec::new())),
+        }
+    }
+
     /// What the report calls them.
     pub fn name(self, name: impl Into<String>) -> Self {
         Self { name: name.into(), ..self }
@@ -226,10 +249,10 @@ impl<'a, D: Domain> Recording<'a, D> {
         Self { density: Some(Judge::Point(Box::new(density))), ..self }
     }
 
-    /// The same of places on the domain's chart, which are known anyway: for densities that would have to find them from the point.
-    pub fn density_of_places(self, density: impl Fn(&Location) -> f64 + Send + Sync + 'a) -> Self {
-        let all = move |places: &[Location], out: &mut Vec<f64>| out.extend(places.iter().map(&density));
-        Self { density: Some(Judge::Places(Box::new(all))), ..self }
+    /// The same of many places on the domain's chart, which are known anyway, in their order and appended to the vector: for densities that would
+    /// have to find them from the point, and where asking for many is cheaper.
+    pub fn density_of_places(self, density: impl Fn(&[Location], &mut Vec<f64>) + Send + Sync + 'a) -> Self {
+        Self { density: Some(Judge::Places(Box::new(density))), ..self }
     }
 
     /// The probability of a cell, where it is known exactly.

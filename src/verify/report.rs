@@ -111,7 +111,8 @@ impl Display for Report {
             if verdict == Verdict::Pass {
                 let power = examination.power(self.level());
                 if !power.is_empty() {
-                    let each = |p: &Power| format!("{:.2}% over any {}%", 100.0 * p.error, 100.0 * p.mass);
+                    let each =
+                        |p: &Power| format!("{:.2}% over any {}%", 100.0 * p.error, (100.0 * p.mass).round());
                     let all: Vec<String> = power.iter().map(each).collect();
                     writeln!(
                         f,

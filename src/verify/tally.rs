@@ -3,7 +3,7 @@
 //! Samples are drawn in shards of fixed size, each from its own stream, and merged in order: the same seed gives the same counts on any
 //! number of threads.
 
-use super::expectation::{Expectation, LeafNote, MODULI};
+use super::expectation::{Expectation, FLAT, LeafNote, MODULI, Resolved};
 use super::probe::{Draw, Fate, Probe};
 use super::settings::{Drawn, Settings};
 use crate::random::{fill_unit, stream};
@@ -66,9 +66,10 @@ pub(super) struct Disagreement {
     pub example: Option<Offence>,
 }
 
-/// Sums of 1 / density over the samples of one cell.
+/// Sums of 1 / density over the samples of one cell, or of the [scale](Resolved::scale) of its place over the density.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Inverse {
+    pub count: u64,
     /// Of the first, second and third power.
     pub powers: [f64; 3],
     pub largest: f64,
@@ -78,6 +79,7 @@ impl Inverse {
     #[inline]
     fn add(&mut self, weight: f64) {
         let square = weight * weight;
+        self.count += 1;
         self.powers[0] += weight;
         self.powers[1] += square;
         self.powers[2] += square * weight;
@@ -85,9 +87,19 @@ impl Inverse {
     }
 
     pub fn merge(&mut self, other: &Self) {
+        self.count += other.count;
         self.powers.iter_mut().zip(other.powers).for_each(|(a, b)| *a += b);
         self.largest = self.largest.max(other.largest);
     }
+}
+
+/// How samples fill what is [resolved](Resolved) of a leaf.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Filled {
+    /// Sums of the weights in its squares, none more than [`FLAT`].
+    pub sums: [f64; Resolved::SQUARES],
+    /// Sum of the squared weights.
+    pub squared: f64,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -96,6 +108,8 @@ pub(super) struct Tally {
     pub per_leaf: Vec<u64>,
     /// For each cell of both coarse scales.
     pub inverse: Vec<Inverse>,
+    /// Of each leaf; empty where densities can be asked.
+    pub filled: Vec<Filled>,
     /// For each axis with lines across it, samples between two lines, of leaves that a line cuts.
     pub between_lines: Vec<Vec<u64>>,
     /// Samples by the remainder of their index, for each of [`MODULI`], where that is asked.
@@ -125,6 +139,7 @@ impl Tally {
         Self {
             per_leaf: vec![0; leaves],
             inverse: vec![Inverse::default(); expectation.coarse.cells.len()],
+            filled: vec![Filled::default(); expectation.resolved.len()],
             between_lines: expectation.marginals.iter().map(|m| vec![0; m.lines.len() + 1]).collect(),
             remainders: MODULI.map(|m| vec![0; m]),
             pairs: vec![0; classes * classes],
@@ -141,6 +156,10 @@ impl Tally {
         self.samples += other.samples;
         add(&mut self.per_leaf, &other.per_leaf);
         self.inverse.iter_mut().zip(&other.inverse).for_each(|(a, b)| a.merge(b));
+        for (mine, theirs) in self.filled.iter_mut().zip(&other.filled) {
+            mine.sums.iter_mut().zip(theirs.sums).for_each(|(a, b)| *a += b);
+            mine.squared += theirs.squared;
+        }
         self.between_lines.iter_mut().zip(&other.between_lines).for_each(|(a, b)| add(a, b));
         self.remainders.iter_mut().zip(&other.remainders).for_each(|(a, b)| add(a, b));
         add(&mut self.pairs, &other.pairs);
@@ -251,7 +270,8 @@ fn draw_shard(
     let chunk = if probe.is_slow() { SLOW_CHUNK } else { CHUNK };
     let mut xi = vec![0.0; chunk * dimensions];
     let (mut draws, mut leaves) = (Vec::with_capacity(chunk), Vec::with_capacity(chunk));
-    let (mut notes, mut values) = (Vec::with_capacity(chunk), Vec::new());
+    let (mut notes, mut values) = (Vec::<LeafNote>::with_capacity(chunk), Vec::new());
+    let mut apart = vec![0; chunk];
     let mut counter = Counter::new(probe, expectation);
     let ask = if shard < ASKED_ALWAYS { 1 } else { ASKED_RARELY };
     let mut left = count as usize;
@@ -272,10 +292,39 @@ fn draw_shard(
         for (draw, &leaf) in draws.iter().zip(&leaves) {
             tally.per_leaf[leaf] += u64::from(draw.fate == Fate::Drawn);
         }
-        let places = leaves.iter().copied().zip(notes.iter().copied());
-        for (i, ((draw, place), xi)) in draws.iter().zip(places).zip(xi.chunks_exact(dimensions)).enumerate()
+        // Which leaves a line cuts is not to be predicted: those are set apart without a branch.
+        for (i, (marginal, counts)) in expectation.marginals.iter().zip(&mut tally.between_lines).enumerate()
         {
-            counter.count(draw, place, xi, i & (ask - 1) == 0, tally);
+            let mut cut = 0;
+            for (k, (draw, note)) in draws.iter().zip(&notes).enumerate() {
+                apart[cut] = k;
+                cut += usize::from(note.is_cut_by(i) & (draw.fate == Fate::Drawn));
+            }
+            for &k in &apart[..cut] {
+                counts[marginal.slab(leaves[k], draws[k].location.at[marginal.axis])] += 1;
+            }
+        }
+        let places = leaves.iter().zip(&notes);
+        for (i, ((draw, (&leaf, note)), xi)) in
+            draws.iter().zip(places).zip(xi.chunks_exact(dimensions)).enumerate()
+        {
+            // Where nobody can be asked, only what the pilots show of the densities.
+            let scale = match expectation.resolved.get(leaf) {
+                None => 1.0,
+                Some(part) if draw.fate == Fate::Drawn => part.map_or(0.0, |part| {
+                    let square = part.square(&draw.location.at);
+                    square.map_or(0.0, |square| {
+                        // Larger ones would hide by their own variance that others are missing.
+                        let weight = (part.scale / draw.density).min(FLAT);
+                        let filled = &mut tally.filled[leaf];
+                        filled.sums[square] += weight;
+                        filled.squared += weight * weight;
+                        part.scale
+                    })
+                }),
+                Some(_) => 0.0,
+            };
+            counter.count(draw, (note.cell(), scale), xi, i & (ask - 1) == 0, tally);
         }
         let functions = tally.known.len().max(1);
         for values in values.chunks_exact(functions) {
@@ -307,11 +356,12 @@ impl<'a> Counter<'a> {
         }
     }
 
-    /// All but the leaf's own count.
+    /// All but the counts of the leaf and of what lines cut it into; `cell` is that of the coarse scales, and what its 1 / density is multiplied by, 0 if
+    /// it doesn't count.
     fn count(
         &mut self,
         draw: &Draw,
-        (leaf, note): (usize, LeafNote),
+        (cell, scale): (usize, f64),
         xi: &[f64],
         asked: bool,
         tally: &mut Tally,
@@ -326,22 +376,13 @@ impl<'a> Counter<'a> {
                 });
             }
             Fate::Drawn => {
-                let location = &draw.location;
-                class = self.expectation.coarse.cells[note.cell()][0].unwrap_or(class);
-                if draw.density > 0.0 {
-                    tally.inverse[note.cell()].add(1.0 / draw.density);
-                }
-                if note.is_cut() {
-                    let marginals = self.expectation.marginals.iter().zip(&mut tally.between_lines);
-                    for (i, (marginal, counts)) in marginals.enumerate() {
-                        if note.is_cut_by(i) {
-                            counts[marginal.slab(leaf, location.at[marginal.axis])] += 1;
-                        }
-                    }
+                class = self.expectation.coarse.cells[cell][0].unwrap_or(class);
+                if scale > 0.0 && draw.density > 0.0 {
+                    tally.inverse[cell].add(scale / draw.density);
                 }
                 if self.by_remainder {
                     for (counts, m) in tally.remainders.iter_mut().zip(MODULI) {
-                        counts[location.patch % m] += 1;
+                        counts[draw.location.patch % m] += 1;
                     }
                 }
                 self.judge(draw, xi, asked, tally);

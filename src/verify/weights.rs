@@ -3,7 +3,10 @@
 //! E[1{x in C} / p(x)] = integral over C of p / p = measure of C wherever p > 0 on C. Its tails can be heavy: over a sphere, the plain mean of 2e5
 //! weights of a lobe of kappa 10 comes out 40% low, because the directions that carry the weight are never drawn. So it is asked only of cells whose
 //! largest possible weight, from the density at places in them and not from the judged samples, is small against the sum of squares; the others stay
-//! unanswered. The p-value is the normal tail times exp(|gamma| z^3 / 3), the leading term of Cramér's series of a mean over its own standard error, for
+//! unanswered. Where there is no density to be asked, only those that come with the samples, a cell is what its pilots show of it: the boxes that a few
+//! neighbours each span, where their densities are within a factor of 4, and its weights are over the density around them (see `Resolved`). The density
+//! may yet be low between samples, as in the dark texels of a starry map, which none of them meets: where samples don't fill the boxes, a mean that is too low
+//! is no proof. What is finer than a quarter of a box is not seen; `partial` is for that. The p-value is the normal tail times exp(|gamma| z^3 / 3), the leading term of Cramér's series of a mean over its own standard error, for
 //! the skewness that those weights allow (Wang, Electron. Commun. Probab. 16, 2011), and is corrected over the cells asked.
 //!
 //! A density that follows its importance f has a nearly constant f / density = r. If its spread over its mean is s at most, P(|r / mean - 1| > k s) <= 1 / k^2
@@ -12,7 +15,9 @@
 //! The mean of f / density for functions with known integrals is tested alike, and is unanswered where the samples themselves show heavy tails.
 
 use super::check::{Case, Check, Needs, Rests};
+use super::expectation::{Mass, Resolved};
 use super::finding::{Evidence, Finding, Verdict};
+use super::power::Power;
 use super::tally::Inverse;
 use crate::domain::{Cell, Location};
 use crate::random::{fill_unit, stream};
@@ -20,6 +25,9 @@ use crate::statistics::{self, Moments, binomial, normal};
 
 /// Samples that a cell must expect to be asked.
 const ENOUGH: f64 = 1000.0;
+/// The same of parts in which densities are of one magnitude.
+const ENOUGH_RESOLVED: f64 = 250.0;
+const LARGEST_SHARE_RESOLVED: f64 = 5e-2;
 /// The largest weight may hold this share of the sum of squares.
 const LARGEST_SHARE: f64 = 1e-2;
 /// Weights are inverse `f32` densities.
@@ -47,8 +55,9 @@ impl Check for Weights {
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {
         let mut findings = Vec::new();
         // Entries are counted, wherever their masses can be asked.
-        if (case.probe.space().axes() > 0 || !case.probe.has_density()) && case.tally.samples > 0 {
-            findings.push(inverse_density(self.name(), case));
+        let alone = !case.probe.has_density();
+        if alone || case.probe.space().axes() > 0 && case.tally.samples > 0 {
+            findings.extend(inverse_density(self.name(), case, alone));
         }
         findings.extend(spread(self.name(), case));
         for ((name, integral), moments) in case.probe.known().into_iter().zip(&case.tally.known) {
@@ -60,9 +69,9 @@ impl Check for Weights {
 
 /// Where a cell's weights lie: the largest that its density allows; `None` if the density vanishes somewhere in it.
 fn largest_weight(case: &Case<'_>, leaf: usize) -> Option<f64> {
-    if let Some(&largest) = case.expectation.largest_weights.get(leaf) {
-        // Of eight pilots only.
-        return (largest > 0.0 && largest.is_finite()).then_some(2.0 * largest);
+    if let Some(resolved) = case.expectation.resolved.get(leaf) {
+        // Of a few pilots only.
+        return resolved.map(|part| 2.0 * part.largest);
     }
     let cell: &Cell = &case.expectation.partition.leaves()[leaf];
     if case.expectation.leaves[leaf].zeros > 0 || cell.patches.len() > 16 {
@@ -93,16 +102,28 @@ fn largest_weight(case: &Case<'_>, leaf: usize) -> Option<f64> {
     Some(1.5 * largest)
 }
 
-fn inverse_density(check: &'static str, case: &Case<'_>) -> Finding {
+/// Where nothing but these means judges the densities, they have to judge those of this share of the samples.
+const LEAST_SHARE: f64 = 0.5;
+
+/// `alone`: nothing else judges the densities, so that without an answer there is no verdict.
+fn inverse_density(check: &'static str, case: &Case<'_>, alone: bool) -> Vec<Finding> {
+    let part = "1 / density";
+    let holes = !case.probe.partial() && has_holes(case);
+    let one_sided = case.probe.partial() || holes;
+    let unjudged = |detail: String| {
+        let detail = format!("{detail}, and nothing else judges densities that come with the samples");
+        Finding::certain(check, Verdict::Inconclusive, detail).part("densities judged")
+    };
     let leaves = case.expectation.leaves.len();
     let limits: Vec<Option<f64>> = crate::parallel::map(leaves, |leaf| largest_weight(case, leaf));
     let (mut asked, mut worst, mut of) = (0_u64, None::<(f64, String, f64)>, 0_u64);
-    let (mut share, mut error) = (0.0, 0.0_f64);
+    let (mut share, mut error, mut lowest) = (0.0, 0.0_f64, 1.0_f64);
     for (i, scale) in case.expectation.coarse.scales.iter().enumerate() {
-        for (group, figure) in cells(case, i, &limits) {
+        for (group, figure) in cells(case, i, &limits, one_sided) {
             of += 1;
             let Some(figure) = figure else { continue };
             asked += 1;
+            lowest = lowest.min(figure.p_low);
             if i == 0 {
                 share += figure.share;
                 error = error.max(figure.relative_error);
@@ -112,20 +133,46 @@ fn inverse_density(check: &'static str, case: &Case<'_>) -> Finding {
             }
         }
     }
+    // Of those that fell anywhere.
+    let samples = case.tally.samples as f64;
+    share /= (1.0 - case.tally.rejected as f64 / samples).max(f64::MIN_POSITIVE);
     let Some((p, place, ratio)) = worst else {
-        let detail = format!("the weights of all {of} cells have tails too heavy for this many samples");
-        return Finding::new(check, Evidence::Unanswered, detail).part("1 / density");
+        let detail =
+            format!("the weights of all {of} cells have tails too heavy for {} samples", case.tally.samples);
+        return vec![if alone {
+            unjudged(detail)
+        } else {
+            Finding::new(check, Evidence::Unanswered, detail).part(part)
+        }];
     };
     let p = (p * asked as f64).min(1.0);
     let detail = format!(
         "mean of 1 / density against the measure of {asked} of {of} cells; the worst is {ratio:.5} times it, at {place}"
     );
-    let sees = if share > 0.0 {
-        format!("a relative error of {:.1}% in any of {:.0}% of the mass", 100.0 * 7.0 * error, 100.0 * share)
-    } else {
-        String::new()
-    };
-    Finding::new(check, Evidence::Chance { p, conservative: p }, detail).part("1 / density").sees(sees)
+    let mut finding = Finding::new(check, Evidence::Chance { p, conservative: p }, detail).part(part);
+    if share > 0.0 {
+        // Of a cell's mean: 7 standard errors are missed once in a hundred times at the level of a single test.
+        let power = Power { mass: share, error: 7.0 * error };
+        let percent = [power.error, power.mass].map(|x| 100.0 * x);
+        finding = finding
+            .sees(format!("a relative error of {:.1}% in any of {:.0}% of the mass", percent[0], percent[1]));
+        finding.power = Some(power);
+    }
+    let mut findings = vec![finding];
+    if holes && lowest * (asked as f64) < case.settings.alpha {
+        findings.push(unjudged(
+            "the mean of 1 / density is too low, but the density varies much between neighbouring samples: either densities are too large, or it is low \
+             or 0 where no sample fell (--partial)"
+                .to_owned(),
+        ));
+    }
+    if alone && share < LEAST_SHARE {
+        findings.push(unjudged(format!(
+            "only {:.1}% of the samples are in cells whose weights have tails light enough",
+            100.0 * share
+        )));
+    }
+    findings
 }
 
 /// The mean of 1 / density over the measure, and its error, where that is the same in all cells of the coarsest scale.
@@ -133,7 +180,8 @@ pub(super) fn common_ratio(case: &Case<'_>) -> Option<(f64, f64)> {
     let leaves = case.expectation.leaves.len();
     let limits: Vec<Option<f64>> = (0..leaves).map(|leaf| largest_weight(case, leaf)).collect();
     case.expectation.coarse.scales.first()?;
-    let figures: Vec<Figure> = cells(case, 0, &limits).filter_map(|(_, figure)| figure).collect();
+    let partial = case.probe.partial();
+    let figures: Vec<Figure> = cells(case, 0, &limits, partial).filter_map(|(_, figure)| figure).collect();
     let precision = |f: &Figure| 1.0 / f.relative_error.max(ROUNDING).powi(2);
     let total: f64 = figures.iter().map(precision).sum();
     let mean = figures.iter().map(|f| f.ratio * precision(f)).sum::<f64>() / total;
@@ -142,8 +190,40 @@ pub(super) fn common_ratio(case: &Case<'_>) -> Option<(f64, f64)> {
     (df >= 3.0 && spread < df + 5.0 * (2.0 * df).sqrt()).then_some((mean, total.powf(-0.5)))
 }
 
+/// Leaves of this share whose pilots' densities are of several magnitudes are rough.
+const ROUGH_SHARE: f64 = 0.25;
+
+/// Whether the density may be low between samples: if it is rough, or if samples leave out parts of the boxes that their neighbours span. Then their weights
+/// are spread over the squares of each box more unevenly than chance and a tenth, in the sum of all squared deviations over their variances. A factor
+/// that is the same all over a box plays no part.
+fn has_holes(case: &Case<'_>) -> bool {
+    let resolved = case.expectation.resolved.iter().zip(&case.expectation.leaves);
+    let rough: f64 = resolved.filter(|(part, _)| part.is_none()).map(|(_, mass)| mass.value).sum();
+    if rough > ROUGH_SHARE {
+        return true;
+    }
+    let (mut found, mut expected) = (0.0, 0.0);
+    for (part, filled) in case.expectation.resolved.iter().zip(&case.tally.filled) {
+        let Some(part) = part.filter(|part| part.squares() > 1 && filled.squared > 0.0) else { continue };
+        let sums = &filled.sums[..part.squares()];
+        let all: f64 = sums.iter().sum();
+        let square = |(sum, share): (&f64, &f32)| {
+            let share = f64::from(*share);
+            (sum - share * all).powi(2) / (share * filled.squared)
+        };
+        let of_box: f64 = sums.iter().zip(&part.shares).map(square).sum();
+        if of_box.is_finite() {
+            found += of_box;
+            expected += part.squares() as f64 - 1.0;
+        }
+    }
+    found > 1.1 * expected + 10.0 * f64::sqrt(expected)
+}
+
 struct Figure {
     p: f64,
+    /// That the mean is so low.
+    p_low: f64,
     /// Mean of the weights over the measure.
     ratio: f64,
     relative_error: f64,
@@ -155,67 +235,120 @@ fn cells<'a>(
     case: &'a Case<'_>,
     which: usize,
     limits: &'a [Option<f64>],
+    one_sided: bool,
 ) -> impl Iterator<Item = (usize, Option<Figure>)> + 'a {
-    let n = case.tally.samples as f64;
     let coarse = &case.expectation.coarse;
     let scale = &coarse.scales[which];
-    let groups = scale.cells.len();
     let (masses, _) = case.expectation.masses_at(scale);
-    let mut sums = vec![(0_u64, Inverse::default(), Some(0.0_f64)); groups];
+    let known = case.expectation.resolved.is_empty();
+    let start = |(group, mass): (usize, &Mass)| {
+        let measure = case.probe.space().cell_measure(&scale.cells[group]);
+        if known { Region::known(mass.value, measure) } else { Region::default() }
+    };
+    let mut regions: Vec<Region> = masses.iter().enumerate().map(start).collect();
     for (leaf, group) in scale.of_leaf.iter().enumerate() {
         let Some(group) = *group else { continue };
-        let (count, _, limit) = &mut sums[group];
-        *count += case.tally.per_leaf[leaf];
-        *limit = limit.zip(limits[leaf]).map(|(a, b)| a.max(b));
+        let region = &mut regions[group];
+        match case.expectation.resolved.get(leaf) {
+            None => region.limit = region.limit.zip(limits[leaf]).map(|(a, b)| a.max(b)),
+            // What is not resolved is no part of it.
+            Some(part) => {
+                if let (Some(part), Some(limit)) = (part, limits[leaf]) {
+                    region.add(part, limit, case.expectation.leaves[leaf].value);
+                }
+            }
+        }
     }
     for (cells, inverse) in coarse.cells.iter().zip(&case.tally.inverse) {
         if let Some(group) = cells[which] {
-            sums[group].1.merge(inverse);
+            regions[group].sums.merge(inverse);
         }
     }
-    sums.into_iter().enumerate().map(move |(group, (count, inverse, limit))| {
-        let measure = case.probe.space().cell_measure(&scale.cells[group]);
-        let figure = limit.and_then(|limit| {
-            figure(n, masses[group].value, count, &inverse, limit, measure, case.probe.partial())
-        });
-        (group, figure)
+    let n = case.tally.samples as f64;
+    let pilots = case.probe.pilots().unwrap_or(0) as f64;
+    regions.into_iter().enumerate().map(move |(group, region)| {
+        let figure = |limit| region.figure(n, limit, region.skewness(limit, n, pilots), known, one_sided);
+        (group, region.limit.and_then(figure))
     })
 }
 
-/// Whether a cell is asked depends on its density alone: to ask those that happen to have many samples is to ask those whose mean comes out high.
-fn figure(
-    n: f64,
+/// What a cell's mean of 1 / density is taken over.
+#[derive(Clone, Default)]
+struct Region {
     mass: f64,
-    count: u64,
-    sums: &Inverse,
-    limit: f64,
     measure: f64,
-    partial: bool,
-) -> Option<Figure> {
-    let [first, second, third] = sums.powers;
-    if !(n * mass >= ENOUGH) || !measure.is_finite() || !(measure > 0.0) || !third.is_finite() {
-        return None;
+    /// The largest weight that is possible.
+    limit: Option<f64>,
+    /// Sums of the second and third power of the pilots' weights, where these are all that is known.
+    pilots: Option<[f64; 2]>,
+    sums: Inverse,
+}
+
+impl Region {
+    /// A whole cell.
+    fn known(mass: f64, measure: f64) -> Self {
+        Self { mass, measure, limit: Some(0.0), ..Self::default() }
     }
-    // At least, by Jensen's inequality: E[w^2] >= (E[w])^2 / P(cell).
-    let least_square = measure * measure / mass;
-    // Third moment over the 3/2th power of the second, as a weight at the limit in every sample of the cell would make it.
-    let skewness = limit.powi(3) * mass / (least_square.powf(1.5) * n.sqrt());
-    // A weight beyond the limit belies the limit.
-    if limit * limit > LARGEST_SHARE * n * least_square || 6.0 * skewness > 1.0 || sums.largest > limit {
-        return None;
+
+    fn add(&mut self, part: &Resolved, limit: f64, mass: f64) {
+        self.mass += mass;
+        self.measure += part.expected;
+        self.limit = Some(self.limit.unwrap_or(0.0).max(limit));
+        let sums = self.pilots.get_or_insert_default();
+        sums.iter_mut().zip(part.powers).for_each(|(sum, power)| *sum += power);
     }
-    let mean = first / n;
-    let variance = second / n - mean * mean;
-    let error = (variance / n).sqrt();
-    let off = if partial { mean - measure } else { (mean - measure).abs() };
-    let off = (off - ROUNDING * measure).max(0.0);
-    let z = off / error;
-    let seen =
-        (third / n - 3.0 * mean * second / n + 2.0 * mean.powi(3)).abs() / (variance.powf(1.5) * n.sqrt());
-    // The series holds for z that are small against 1 / skewness; beyond that a figure so large needs no fine print.
-    let widened = (seen.max(0.5 * skewness) * z.min(8.0).powi(3) / 3.0).exp();
-    let p = (2.0 * normal::sf(z) * widened).min(1.0);
-    Some(Figure { p, ratio: mean / measure, relative_error: error / measure, share: count as f64 / n })
+
+    /// At least, by Jensen's inequality: E[w^2] >= (E[w])^2 / P(cell).
+    fn least_square(&self) -> f64 {
+        self.measure * self.measure / self.mass
+    }
+
+    /// Third moment over the 3/2th power of the second, of the mean of `n` weights: twice that of the pilots, or as a weight at the limit in every sample
+    /// would make it.
+    fn skewness(&self, limit: f64, n: f64, pilots: f64) -> f64 {
+        let of = |third: f64, second: f64| third / (second.powf(1.5) * n.sqrt());
+        match self.pilots {
+            Some([second, third]) => 2.0 * of(third / pilots, second / pilots),
+            None => of(limit.powi(3) * self.mass, self.least_square()),
+        }
+    }
+
+    /// Whether a cell is asked depends on its density alone: to ask those that happen to have many samples is to ask those whose mean comes out high.
+    fn figure(&self, n: f64, limit: f64, skewness: f64, known: bool, one_sided: bool) -> Option<Figure> {
+        let [first, second, third] = self.sums.powers;
+        let measure = self.measure;
+        let (enough, largest_share) =
+            if known { (ENOUGH, LARGEST_SHARE) } else { (ENOUGH_RESOLVED, LARGEST_SHARE_RESOLVED) };
+        if !(n * self.mass >= enough) || !measure.is_finite() || !(measure > 0.0) || !third.is_finite() {
+            return None;
+        }
+        if limit * limit > largest_share * n * self.least_square() || 6.0 * skewness > 1.0 {
+            return None;
+        }
+        // A weight beyond the limit belies the limit, where that was a promise.
+        if known && self.sums.largest > limit {
+            return None;
+        }
+        let mean = first / n;
+        let variance = second / n - mean * mean;
+        let error = (variance / n).sqrt();
+        let seen = (third / n - 3.0 * mean * second / n + 2.0 * mean.powi(3)).abs()
+            / (variance.powf(1.5) * n.sqrt());
+        // The series holds for z that are small against 1 / skewness; beyond that a figure so large needs no fine print.
+        let p = |off: f64| {
+            let z = (off - ROUNDING * measure).max(0.0) / error;
+            let widened = (seen.max(0.5 * skewness) * z.min(8.0).powi(3) / 3.0).exp();
+            (2.0 * normal::sf(z) * widened).min(1.0)
+        };
+        let (high, low) = (p(mean - measure), p(measure - mean));
+        Some(Figure {
+            p: if one_sided { high } else { high.min(low) },
+            p_low: low,
+            ratio: mean / measure,
+            relative_error: error / measure,
+            share: self.sums.count as f64 / n,
+        })
+    }
 }
 
 /// A spread that is rounding of `f32` densities.

@@ -79,7 +79,14 @@ fn uniform(seed: u64) -> f64 {
 }
 
 fn finding(check: &'static str, part: &str, evidence: Evidence) -> Finding {
-    Finding { check, part: part.to_owned(), evidence, detail: "a figure".to_owned(), sees: String::new() }
+    Finding {
+        check,
+        part: part.to_owned(),
+        evidence,
+        detail: "a figure".to_owned(),
+        sees: String::new(),
+        power: None,
+    }
 }
 
 fn chance(check: &'static str, part: &str, p: f64) -> Finding {

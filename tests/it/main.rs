@@ -30,6 +30,7 @@ mod hard;
 mod json;
 mod metamorphic;
 mod oracles;
+mod own_densities;
 #[cfg(feature = "pictures")]
 mod picture;
 mod planted;

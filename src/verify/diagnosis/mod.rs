@@ -82,6 +82,10 @@ impl Diagnosis {
 
 /// To be asked where some finding is suspicious.
 pub(super) fn diagnose(case: &Case<'_>) -> Option<Diagnosis> {
+    // It takes longer than what was stopped.
+    if case.settings.stopped() {
+        return None;
+    }
     direct::outside(case)
         .or_else(|| direct::nothing(case))
         .or_else(|| direct::not_finite(case))
