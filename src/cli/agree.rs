@@ -56,7 +56,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let scene = arguments.lights.scene(&arguments.scene)?;
     let lights = Lights::load_with(&scene, arguments.lights.sampling())?;
-    let strategies = common::or(&arguments.strategy, &Experiment::default().strategies);
+    let strategies = common::strategies(&arguments.strategy, &Experiment::default().strategies)?;
     let reference =
         arguments.reference.as_deref().map(|file| reference(&scene, file, arguments)).transpose()?;
     if strategies.len() + usize::from(reference.is_some()) < 2 {

@@ -1,6 +1,6 @@
 //! `warpcheck check`: samplers that are not in Rust. Samples from files and pipes, or programs that are asked for them.
 
-use super::common::{self, OutputFolder, print};
+use super::common::{self, Dossier, OutputFolder, ReportArgument, print};
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
@@ -94,6 +94,8 @@ pub struct Arguments {
     /// Exit with 0 if nothing fails, though something is inconclusive
     #[arg(long)]
     allow_inconclusive: bool,
+    #[command(flatten)]
+    report: ReportArgument,
     /// Read the samples and do nothing with them, to measure what the pipe costs
     #[arg(long, hide = true)]
     null: bool,
@@ -122,6 +124,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let out = arguments.out.clone().unwrap_or_default();
     arguments.json.as_deref().map(|file| common::output_file(file, &out)).transpose()?;
     let _folder = arguments.out.as_deref().map(OutputFolder::make).transpose()?;
+    let dossier = arguments.report.begin(format!("{}: somebody else's sampler", name(arguments)))?;
     let stop = common::stop_on_ctrl_c();
     let most =
         arguments.samples.unwrap_or(if arguments.sampler.is_some() { PROGRAM_SAMPLES } else { u64::MAX });
@@ -164,7 +167,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     settings.samples = examination.samples;
     let report = Report::new(vec![examination], &settings);
     let stopped = stop.load(Ordering::Relaxed);
-    conclude(&report, arguments, stopped)
+    conclude(&report, arguments, stopped, dossier)
 }
 
 fn null(arguments: &Arguments) -> Result<ExitCode> {
@@ -321,7 +324,7 @@ fn samples<D: Coordinates>(domain: D, arguments: &Arguments, settings: &Settings
         .integral(arguments.integral);
     let table = given.as_ref().map(|(table, _)| table);
     if let Some(table) = table {
-        record = record.knots(table.knots()).density_of_places(|place| table.at(place));
+        record = record.knots(table.knots()).density_of_places(|places, out| table.at_many(places, out));
     }
     let (mut examination, fails) = judged(record.examine(settings).map_err(plain)?, settings)?;
     if fails {
@@ -396,7 +399,12 @@ fn program<D: Coordinates>(
     Ok(examination)
 }
 
-fn conclude(report: &Report, arguments: &Arguments, stopped: bool) -> Result<ExitCode> {
+fn conclude(
+    report: &Report,
+    arguments: &Arguments,
+    stopped: bool,
+    dossier: Option<Dossier>,
+) -> Result<ExitCode> {
     let replay = |_: &str| {
         let words: Vec<String> = std::env::args().skip(1).collect();
         let line = shlex::try_join(words.iter().map(String::as_str)).unwrap_or_else(|_| words.join(" "));
@@ -419,6 +427,12 @@ fn conclude(report: &Report, arguments: &Arguments, stopped: bool) -> Result<Exi
         let json = format!("{:#}\n", report::to_json(report, replay));
         write_atomically(file, |out| out.write_all(json.as_bytes()))?;
     }
+    common::finish(dossier, |page| {
+        if stopped {
+            page.says("Stopped: this is of the samples that were judged until then.");
+        }
+        page.verify(report, replay);
+    })?;
     Ok(match report.verdict() {
         _ if stopped => ExitCode::from(130),
         Verdict::Fail => ExitCode::from(1),

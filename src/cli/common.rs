@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 use warpcheck::catalogue::{self, Entry};
-use warpcheck::estimator::{LightSampling, Selection};
+use warpcheck::estimator::{LightSampling, Selection, Strategy};
 use warpcheck::picture::{Picture, Tone};
 use warpcheck::report::Style;
 use warpcheck::report::html::{GENERATOR, Page};
@@ -318,6 +318,14 @@ pub use warpcheck::picture::file_stem;
 /// What was told, or something otherwise.
 pub fn or<T: Clone>(told: &[T], otherwise: &[T]) -> Vec<T> {
     if told.is_empty() { otherwise.to_vec() } else { told.to_vec() }
+}
+
+/// The strategies that were named, each once, or others if none was.
+pub fn strategies(named: &[Strategy], otherwise: &[Strategy]) -> Result<Vec<Strategy>> {
+    if let Some(i) = (1..named.len()).find(|&i| named[..i].contains(&named[i])) {
+        bail!("--strategy names {} twice; the two would draw the same samples", named[i]);
+    }
+    Ok(or(named, otherwise))
 }
 
 /// What a scene is called.

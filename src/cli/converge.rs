@@ -8,7 +8,8 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use warpcheck::estimator::{
-    self, Budget, Clock, Convergence, Experiment, Lights, Settings, Strategy, Truth, convergence, render,
+    self, Budget, Clock, Convergence, Curve, Experiment, Lights, Settings, Strategy, Truth, convergence,
+    render,
 };
 use warpcheck::picture::{Picture, write_atomically, write_png};
 use warpcheck::report::html::{Group, Page};
@@ -81,7 +82,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
     let mine = bar.clone();
     let budget = arguments.time.map(Budget::Seconds).or(arguments.spp.map(Budget::Passes));
     let plan = Experiment {
-        strategies: common::or(&arguments.strategy, &default.strategies),
+        strategies: common::strategies(&arguments.strategy, &default.strategies)?,
         seeds: arguments.seeds,
         budget: budget.unwrap_or(default.budget),
         seed: arguments.seed,
@@ -103,17 +104,22 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
         return Ok(ExitCode::from(130));
     }
 
+    let black = |c: &Curve| c.last().is_some_and(|last| last.squared.mean == 0.0);
+    if found.curves.iter().all(black) && found.reference.picture.pixels().iter().all(|p| *p == [0.0; 3]) {
+        bail!("no strategy saw any light, and the reference is black: there is no error to measure");
+    }
     print(&report::convergence_table(&found, setup, arguments.reach))?;
     let (width, height) = (scene.picture.width, scene.picture.height);
     let title = format!("{stem}, {width} x {height}: error against run time");
-    let svg = report::convergence_plot(&title, &found).context("can't draw the plot")?;
-    write_atomically(out(".svg"), |file| file.write_all(svg.as_bytes()))?;
+    // What people draw from comes before the drawing.
     let csv = report::convergence_to_csv(&found);
     write_atomically(out(".csv"), |file| file.write_all(csv.as_bytes()))?;
     if let Some(file) = &arguments.json {
         let json = format!("{:#}\n", report::convergence_to_json(&found, setup));
         write_atomically(file, |out| out.write_all(json.as_bytes()))?;
     }
+    let svg = report::convergence_plot(&title, &found).context("can't draw the plot")?;
+    write_atomically(out(".svg"), |file| file.write_all(svg.as_bytes()))?;
     print(&format!("\nplot: {}; figures: {}\n", out(".svg").display(), out(".csv").display()))?;
     if found.stopped {
         common::finish(dossier, |page| {

@@ -39,7 +39,15 @@ pub fn run() -> Result<ExitCode> {
             worst = code;
         }
     }
+    let stopped = common::stop_on_ctrl_c().load(Ordering::Relaxed);
+    if stopped {
+        dossier.page.says("Stopped: this is what was done until then.");
+    }
     dossier.finish()?;
+    if stopped {
+        common::print("stopped: the page has what was done until then\n")?;
+        return Ok(ExitCode::from(130));
+    }
     Ok(worst)
 }
 

@@ -5,6 +5,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use warpcheck::fault::{self, Fault, Plan, Twin};
 use warpcheck::picture::write_atomically;
@@ -73,7 +74,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
             }
         }
     }
-    let plan = Plan::new(
+    let mut plan = Plan::new(
         arguments.samples,
         arguments.seeds,
         arguments.seed,
@@ -83,6 +84,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
     let dossier =
         if page.is_some() { None } else { arguments.report.begin("Faults, and what catches them")? };
     let stop = common::stop_on_ctrl_c();
+    plan.stop = Some(Arc::clone(&stop));
     let bar = common::progress((faults.len() + twins.len()) as u64, "specimens");
     let mut outcomes = Vec::new();
     for fault in &faults {
@@ -90,7 +92,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
             break;
         }
         bar.set_message(fault.name);
-        outcomes.push(fault::examine(fault, &plan));
+        outcomes.extend(fault::examine(fault, &plan));
         bar.inc(1);
     }
     let mut found = Twins::default();

@@ -36,7 +36,8 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
     let stem = common::stem(&arguments.scene);
     let dossier = if page.is_some() { None } else { arguments.report.begin(format!("{stem}: the plan"))? };
     let scene = arguments.lights.scene(&arguments.scene)?;
-    let plan = Plan::of(&scene, &arguments.strategy, arguments.lights.sampling())?;
+    let strategies = common::strategies(&arguments.strategy, &[])?;
+    let plan = Plan::of(&scene, &strategies, arguments.lights.sampling())?;
     common::print(&report::plan_table(&plan))?;
     if let Some(file) = &arguments.json {
         let json = format!("{:#}\n", report::plan_to_json(&plan));

@@ -62,10 +62,17 @@ const MOST_PASSES: u32 = 1_000_000_000;
 /// Below this many samples a pixel no standard error is believed.
 const LEAST_PASSES: u32 = 16;
 
-/// Whether the time or the error that was asked for is reached.
+/// A picture that is black after so many is not waited for.
+const BLACK_PASSES: u32 = 4096;
+
+/// Whether the time or the error that was asked for is reached, or never will be.
 fn is_enough(arguments: &Arguments, progress: &Progress) -> bool {
     let timed = arguments.time.is_some_and(|seconds| progress.time.as_secs_f64() >= seconds);
-    let small = |error| progress.passes >= LEAST_PASSES && progress.film.relative_error() <= error;
+    let small = |error| {
+        let now = progress.film.relative_error();
+        progress.passes >= LEAST_PASSES && now <= error
+            || progress.passes >= BLACK_PASSES && now == f64::INFINITY
+    };
     timed || arguments.error.is_some_and(small)
 }
 
@@ -73,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let open_ended = arguments.time.is_some() || arguments.error.is_some();
     let (strategies, mut counts) = match arguments.sheet {
         true => (
-            common::or(
+            common::strategies(
                 &arguments.strategy,
                 &[
                     Strategy::Brdf,
@@ -82,19 +89,22 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                     Strategy::Mis { brdf_weight: 0.5 },
                     Strategy::Mis { brdf_weight: 0.25 },
                 ],
-            ),
+            )?,
             common::or(&arguments.spp, &[1, 10, 100]),
         ),
         false => {
             let most = if open_ended { MOST_PASSES } else { 16 };
             (
-                common::or(&arguments.strategy, &[Strategy::Mis { brdf_weight: 0.5 }]),
+                common::strategies(&arguments.strategy, &[Strategy::Mis { brdf_weight: 0.5 }])?,
                 common::or(&arguments.spp, &[most]),
             )
         }
     };
     let most = counts.iter().copied().max().unwrap_or(1);
-    counts.extend(arguments.snapshots.iter().filter(|&&spp| spp < most));
+    if let Some(beyond) = arguments.snapshots.iter().find(|&&spp| spp > most) {
+        bail!("no snapshot after {beyond} samples a pixel: --spp is {most}");
+    }
+    counts.extend(&arguments.snapshots);
     counts.sort_unstable();
     counts.dedup();
     if arguments.resume.is_some() && strategies.len() > 1 {
@@ -144,9 +154,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 !enough && !stop.load(Ordering::Relaxed)
             });
             if rendered.passes > 0 {
-                // As many as there are, if how many there should be was for --time or --error to say.
-                let named = if open_ended { rendered.passes } else { spp };
-                let path = arguments.out.join(common::file_stem(&format!("{stem}-{strategy}-{named}spp")));
+                // By what it has, which --time, --error or Ctrl-C may have made fewer than were asked for.
+                let named = format!("{stem}-{strategy}-{}spp", rendered.passes);
+                let path = arguments.out.join(common::file_stem(&named));
                 let canvas = write(&scene, &rendered, &path)?;
                 bar.suspend(|| say(&rendered, &path))?;
                 let seconds = rendered.time.as_secs_f64();
@@ -189,6 +199,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
     }
     bar.finish_and_clear();
+    if stop.load(Ordering::Relaxed) {
+        common::print("stopped: what is above is what was rendered until then\n")?;
+    }
     if arguments.sheet {
         let path = arguments.out.join(format!("{}-sheet.png", common::file_stem(&stem)));
         write_png(&path, &sheet.draw())?;
@@ -231,6 +244,9 @@ fn say(rendered: &Rendered, path: &Path) -> Result<()> {
         pixels * f64::from(rendered.passes) / seconds / 1e6,
         path.display()
     );
+    if rendered.film.relative_error() == f64::INFINITY && rendered.passes > 1 {
+        line += "  no sample met any light: the picture is black\n";
+    }
     if rendered.non_finite > 0 {
         let non_finite = rendered.non_finite;
         line += &format!("  {non_finite} samples were NaN or infinite and count as black: this is a bug\n");

@@ -150,15 +150,24 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
 
     let report = Report::new(examinations, &settings);
     let replay = |name: &str| {
-        let Arguments { samples, seed, alpha, .. } = arguments;
+        let Arguments { seed, alpha, .. } = arguments;
+        // As many as were drawn, which the clock or Ctrl-C may have made fewer than were asked for.
+        let cut_short = stopped || arguments.time.is_some();
+        let drawn = report.examinations.iter().find(|e| cut_short && e.name == name).map(|e| e.samples);
+        let samples = drawn.unwrap_or(arguments.samples);
         // {:?}: 1e-300 is not spelled out.
-        let data =
-            arguments.data.as_ref().map(|data| format!(" --data {}", data.display())).unwrap_or_default();
-        let anytime = if arguments.anytime { " --anytime" } else { "" };
-        let without: String = arguments.without.iter().map(|check| format!(" --without '{check}'")).collect();
-        format!(
-            "warpcheck verify {name} --samples {samples} --seed {seed} --alpha {alpha:?}{anytime}{without}{data}"
-        )
+        let mut line = format!("warpcheck verify {name} --samples {samples} --seed {seed} --alpha {alpha:?}");
+        if arguments.anytime {
+            line += " --anytime";
+        }
+        let quoted = |word: &str| shlex::try_quote(word).map_or_else(|_| word.to_owned(), Into::into);
+        for check in &arguments.without {
+            line += &format!(" --without {}", quoted(check));
+        }
+        if let Some(data) = &arguments.data {
+            line += &format!(" --data {}", quoted(&data.to_string_lossy()));
+        }
+        line
     };
     let table = match arguments.long || chosen.len() <= SHORT {
         true => report::table(&report, common::style(), replay),

@@ -17,7 +17,8 @@
 //! - hangs on *few pixels* if its difference would make the pair differ, and is nothing (p over 1%) without the three pixels that make up most of
 //!   it. The corner of a small lamp that no sample has met yet looks like that, and so does a firefly; so does a mistake
 //!   in three pixels, which more samples or smaller tiles tell apart;
-//! - is *dark* if no estimate has seen light in it. That is agreement as far as anybody can tell, and is counted apart.
+//! - is *dark* if no estimate has seen light in it. That is agreement as far as anybody can tell, and is counted apart; two pictures that are dark
+//!   all over are inconclusive.
 //!
 //! What stays untested is named, and makes a pair inconclusive if it is more than [`Criteria::negligible`] of the light or
 //! [`Criteria::negligible_tiles`] of the tiles. Events so rare that no estimate has a tile full of them leave no trace.
@@ -444,7 +445,9 @@ pub fn agree(estimates: &[Estimate], criteria: Criteria) -> Result<Accord, Error
         pair.p = adjusted[from..from + ps.len()].iter().copied().fold(1.0, f64::min);
         from += ps.len();
         let lit = pair.tested() + pair.doubtful();
-        let untested = pair.doubtful() as f64 > criteria.negligible_tiles * lit as f64
+        // Two black pictures are no evidence.
+        let untested = lit == 0
+            || pair.doubtful() as f64 > criteria.negligible_tiles * lit as f64
             || pair.untested_light > criteria.negligible;
         pair.judgement = match () {
             () if pair.p < criteria.level => Judgement::Differ,

@@ -212,6 +212,9 @@ pub struct Curve {
     pub non_finite: u64,
 }
 
+/// Relative errors below this are those of `f32` pictures.
+const EXACT: f64 = 1e-6;
+
 /// Pixels along the side of what [`Convergence::winners`] decides about.
 pub const WINNER_TILE: usize = 8;
 
@@ -219,6 +222,11 @@ impl Curve {
     /// The measures at the largest count.
     pub fn last(&self) -> Option<&Rung> {
         self.rungs.last()
+    }
+
+    /// Whether all of its error is rounding (root mean square below 1e-6 of the radiance): then slopes, bias and efficiency say nothing.
+    pub fn is_exact(&self) -> bool {
+        self.last().is_some_and(|last| last.relative.mean < EXACT * EXACT)
     }
 
     /// Passes and CPU seconds until the root of the squared error is `root`, by the fits: beyond the last count, an extrapolation.

@@ -2,6 +2,8 @@
 
 use super::{Fault, Specimen, Twin};
 use crate::verify::{Report, Settings, Verdict};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Numbers of samples at which a fault is tried, 1, 2 and 5 times powers of ten.
 const FEWEST: u64 = 1000;
@@ -19,12 +21,14 @@ pub struct Plan {
     pub alpha: f64,
     /// How many runs share alpha.
     pub runs: u64,
+    /// Set from elsewhere to end early.
+    pub stop: Option<Arc<AtomicBool>>,
 }
 
 impl Plan {
     /// A plan for so many specimens.
     pub fn new(samples: u64, seeds: u64, seed: u64, alpha: f64, specimens: usize) -> Self {
-        Self { samples, seeds, seed, alpha, runs: seeds * specimens as u64 }
+        Self { samples, seeds, seed, alpha, runs: seeds * specimens as u64, stop: None }
     }
 
     fn settings(&self, samples: u64, seed: u64, diagnose: bool) -> Settings {
@@ -34,8 +38,13 @@ impl Plan {
             diagnose,
             alpha: self.alpha,
             others: self.runs.saturating_sub(1),
+            stop: self.stop.clone(),
             ..Settings::default()
         }
+    }
+
+    fn stopped(&self) -> bool {
+        self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 
     fn run(&self, specimen: &Specimen, name: &str, settings: &Settings) -> Report {
@@ -126,8 +135,8 @@ impl Score {
     }
 }
 
-/// Tries a fault with every seed, and looks once at what is said of it.
-pub fn examine(fault: &Fault, plan: &Plan) -> Outcome {
+/// Tries a fault with every seed, and looks once at what is said of it. `None` if it was stopped before the end.
+pub fn examine(fault: &Fault, plan: &Plan) -> Option<Outcome> {
     let specimen = fault.make();
     let whole = plan.run(&specimen, fault.name, &plan.settings(plan.samples, plan.seed, true));
     let failed = || whole.conclusions[0].iter().filter(|c| c.verdict == Verdict::Fail).map(|c| &c.finding);
@@ -137,18 +146,21 @@ pub fn examine(fault: &Fault, plan: &Plan) -> Outcome {
     let needed: Vec<Option<u64>> = plan
         .seeds_of(&specimen)
         .map(|seed| {
-            steps.iter().copied().find(|&samples| {
+            steps.iter().copied().take_while(|_| !plan.stopped()).find(|&samples| {
                 let report = plan.run(&specimen, fault.name, &plan.settings(samples, seed, false));
                 report.verdict() == Verdict::Fail
             })
         })
         .collect();
+    if plan.stopped() {
+        return None;
+    }
     let diagnosis = whole.examinations[0].diagnosis.as_ref();
     let diagnosed = match diagnosis {
         Some(diagnosis) => fault.diagnoses.iter().any(|name| diagnosis.is(name)),
         None => failed().any(|f| fault.diagnoses.iter().any(|name| f.check == *name || f.part == *name)),
     };
-    Outcome {
+    Some(Outcome {
         name: fault.name,
         as_expected: fault.caught_by.iter().any(|check| caught_by.iter().any(|by| by == check)),
         caught_by,
@@ -166,7 +178,7 @@ pub fn examine(fault: &Fault, plan: &Plan) -> Outcome {
             Some(diagnosis) => diagnosis.text.clone(),
             None => failed().next().map_or(String::new(), |f| format!("{}: {}", f.check, f.detail)),
         },
-    }
+    })
 }
 
 /// The lower median, where `None` is more than any number.
@@ -176,12 +188,15 @@ fn median(mut needed: Vec<Option<u64>>) -> Option<u64> {
 }
 
 /// With how many seeds a correct twin does not pass at the whole budget, and of how many; the first report of those. The seeds and settings are those of the
-/// faults, but for the smaller numbers of samples that these are tried with first.
+/// faults, but for the smaller numbers of samples that these are tried with first. Seeds after a stop are not counted.
 pub fn examine_twin(twin: &Twin, plan: &Plan) -> (u64, u64, Option<Report>) {
     let specimen = twin.make();
     let (mut rejected, mut of, mut first) = (0, 0, None);
     for seed in plan.seeds_of(&specimen) {
         let report = plan.run(&specimen, twin.name, &plan.settings(plan.samples, seed, false));
+        if plan.stopped() {
+            break;
+        }
         of += 1;
         if report.verdict() != Verdict::Pass {
             rejected += 1;

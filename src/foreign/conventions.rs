@@ -34,7 +34,6 @@ fn settings_of(settings: &Settings) -> Settings {
         time: None,
         diagnose: false,
         progress: None,
-        stop: None,
         ..settings.clone()
     }
 }
@@ -42,8 +41,11 @@ fn settings_of(settings: &Settings) -> Settings {
 /// Checks that ask for points one by one, which takes a program long.
 const ONE_BY_ONE: [&str; 5] = ["jacobian", "round trip", "agreement", "domain", "support"];
 
-/// Whether an examination passes, with an answer of a check that a wrong convention would fail.
+/// Whether an examination passes, with an answer of a check that a wrong convention would fail. One that was stopped convinces nobody.
 fn convinces(examination: Examination, settings: &Settings) -> bool {
+    if settings.stopped() {
+        return false;
+    }
     let telling = ["chi-square", "weights"];
     let answered = |e: &Examination| {
         e.findings.iter().any(|f| telling.contains(&f.check) && matches!(f.evidence, Evidence::Chance { .. }))
@@ -75,6 +77,9 @@ pub fn of_samples<D: Coordinates>(
 ) -> Result<Option<Diagnosis>, RowsError> {
     let settings = settings_of(settings);
     let passes = |convention: &Convention<D>, table: Option<&Table<D>>| -> Result<bool, RowsError> {
+        if settings.stopped() {
+            return Ok(false);
+        }
         let mut rows = recording(convention.domain.clone(), held.again(), |row| layout.row(convention, row))?;
         rows = rows.partial(given.partial);
         if let Some(table) = table {
@@ -149,6 +154,9 @@ pub fn of_program<D: Coordinates>(program: &mut Program<D>, settings: &Settings)
     // A sampler that stays inside is as right in one frame as in another.
     let turned = !inside(program);
     for other in own.others().into_iter().filter(|other| (other.frame != own.frame) == turned) {
+        if settings.stopped() {
+            break;
+        }
         program.under(other.clone());
         let passes = |settings: &Settings| {
             convinces(crate::verify(&*program).settings(settings.clone()).examine(), settings)

@@ -5,8 +5,17 @@ use std::fmt::Write;
 
 /// Where errors are compared: the root mean square error of the strategy that came closest, which is what each is asked to reach unless told.
 fn target(found: &Convergence) -> Option<f64> {
-    let last = found.curves.iter().filter_map(|c| c.last()).map(|r| r.squared.mean).filter(|e| *e > 0.0);
+    let last = inexact(found).filter_map(|c| c.last()).map(|r| r.squared.mean).filter(|e| *e > 0.0);
     last.reduce(f64::min).map(f64::sqrt)
+}
+
+fn inexact(found: &Convergence) -> impl Iterator<Item = &Curve> {
+    found.curves.iter().filter(|curve| !curve.is_exact())
+}
+
+/// The efficiency of the best of those that have an error.
+pub(super) fn best_efficiency(found: &Convergence) -> f64 {
+    inexact(found).map(|c| c.efficiency).filter(|e| e.is_finite()).fold(0.0, f64::max)
 }
 
 fn root(m: Measured) -> String {
@@ -21,10 +30,12 @@ fn slope(s: Option<Interval>) -> String {
     s.map_or("-".to_owned(), |s| format!("{:.3} ± {:.3}", s.value, s.half_width))
 }
 
-fn times(x: f64) -> String {
+/// How many times the best. Where that is exact but for roundings, no digits.
+pub(super) fn over_best(x: f64) -> String {
     match x {
         x if !x.is_finite() => "-".to_owned(),
         x if x < 9.995 => format!("{x:.2}"),
+        x if x >= 1e5 => format!("{x:.0e}"),
         x => format!("{x:.0}"),
     }
 }
@@ -53,22 +64,28 @@ pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -
             let _ = writeln!(out, "{:width$}  nothing was measured", name(curve));
             continue;
         };
+        let figures = match curve.is_exact() {
+            true => ["rounding", "rounding", "rounding", "-", "-"].map(str::to_owned),
+            false => [
+                root(last.squared),
+                root(last.relative),
+                root(last.worst_tile),
+                slope(curve.slope_time),
+                slope(curve.slope_samples),
+            ],
+        };
+        let [squared, relative, worst, over_time, over_samples] = figures;
         let _ = writeln!(
             out,
-            "{:width$}  {:>7} {:>8.3} {:>8.3}  {:>16} {:>16} {:>16}  {:>15} {:>15}",
+            "{:width$}  {:>7} {:>8.3} {:>8.3}  {squared:>16} {relative:>16} {worst:>16}  {over_time:>15} {over_samples:>15}",
             name(curve),
             last.passes,
             last.cpu.mean,
             last.wall.mean,
-            root(last.squared),
-            root(last.relative),
-            root(last.worst_tile),
-            slope(curve.slope_time),
-            slope(curve.slope_samples)
         );
     }
     let reach = reach.or_else(|| target(found)).unwrap_or(f64::NAN);
-    let best = found.curves.iter().map(|c| c.efficiency).filter(|e| e.is_finite()).fold(0.0, f64::max);
+    let best = best_efficiency(found);
     let _ = writeln!(
         out,
         "\n{:width$}  {:>10} {:>14}  {:>20} {:>9}  {:>20}  {:>11} {:>16}",
@@ -81,7 +98,7 @@ pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -
         "worst 0.1%",
         "claimed variance"
     );
-    for curve in found.curves.iter().filter(|c| c.last().is_some()) {
+    for curve in inexact(found).filter(|c| c.last().is_some()) {
         let (samples, seconds) = curve.to_reach(reach).map_or(("-".to_owned(), "-".to_owned()), |(n, t)| {
             let beyond = curve.last().is_some_and(|l| n > 1.001 * f64::from(l.passes));
             (format!("{}{n:.0}", if beyond { "~" } else { "" }), format!("{t:.2}"))
@@ -91,10 +108,10 @@ pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -
             "{:width$}  {:>10.3e} {:>14}  {samples:>20} {seconds:>9}  {:>20}  {:>10.1}% {:>16}",
             name(curve),
             curve.efficiency,
-            times(best / curve.efficiency),
+            over_best(best / curve.efficiency),
             format!("{:.1e} ± {:.0e}", curve.squared_bias.mean, curve.squared_bias.error),
             100.0 * curve.outliers.mean,
-            times(curve.claimed),
+            over_best(curve.claimed),
         );
     }
     if !found.regions.is_empty() {
@@ -147,7 +164,7 @@ fn regions(out: &mut String, found: &Convergence) {
     for (name, pixels, ratios) in region_ratios(found) {
         let _ = write!(out, "{name:width$} {pixels:>7}");
         ratios.iter().for_each(|r| {
-            let _ = write!(out, " {:>9}", times(*r));
+            let _ = write!(out, " {:>9}", over_best(*r));
         });
         let _ = writeln!(out);
     }

@@ -1,5 +1,6 @@
 //! Renders: strategies beside and over one another, their errors, how they converge, whether they agree, and what the scene needs.
 
+use super::super::convergence::{best_efficiency, over_best};
 use super::super::convergence_sheet::{AtEqualTime, winner_map};
 use super::super::{accord, convergence_plot, convergence_table, region_ratios};
 use super::figure::Figure;
@@ -88,11 +89,11 @@ impl Page {
         let size = (found.reference.picture.width(), found.reference.picture.height());
         let svg =
             convergence_plot(&format!("{scene}, {} x {}: error against run time", size.0, size.1), found)?;
-        let best = found.curves.iter().map(|c| c.efficiency).filter(|e| e.is_finite()).fold(0.0, f64::max);
+        let best = best_efficiency(found);
         let rows = found.curves.iter().filter_map(|curve| {
             let last = curve.last()?;
             let slope = curve.slope_time;
-            let over = best / curve.efficiency;
+            let over = if curve.is_exact() { f64::NAN } else { best / curve.efficiency };
             Some(Row::new([
                 Cell::new(curve.strategy.to_string()),
                 Cell::number(f64::from(last.passes), count(u64::from(last.passes))),
@@ -103,7 +104,7 @@ impl Page {
                     slope.map_or(f64::NAN, |s| s.value),
                     slope.map_or("–".into(), |s| format!("{:.3} ± {:.3}", s.value, s.half_width)),
                 ),
-                Cell::number(over, if over.is_finite() { format!("{over:.2}") } else { "–".into() }),
+                Cell::number(over, over_best(over)),
             ]))
         });
         let table = Table {
@@ -125,7 +126,7 @@ impl Page {
         regions.extend(found.curves.iter().map(|c| Column::numbers(c.strategy.to_string())));
         let parts = region_ratios(found).into_iter().map(|(name, pixels, ratios)| {
             let head = [Cell::new(name), Cell::number(pixels as f64, count(pixels as u64))];
-            let ratio = |r: f64| Cell::number(r, if r.is_finite() { format!("{r:.2}") } else { "–".into() });
+            let ratio = |r: f64| Cell::number(r, over_best(r));
             Row::new(head.into_iter().chain(ratios.into_iter().map(ratio)))
         });
         let parts = Table {
