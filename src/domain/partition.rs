@@ -284,6 +284,11 @@ impl Partition {
         &self.leaves
     }
 
+    /// The box that a leaf's pilots span, along the axes of the chart: lows and highs. `None` without pilots, or over several patches.
+    pub(crate) fn pilot_box(&self, leaf: usize) -> Option<[[f64; 2]; 2]> {
+        self.pilot_boxes[leaf]
+    }
+
     /// Where quadrature over a leaf should cut first: at distances from its pilots that double, as far as the leaf is much larger than
     /// the box that they span. So a cell at the edge of a light or a lobe, nearly all of it empty, is looked at where the mass is.
     pub fn grading(&self, leaf: usize) -> Knots {

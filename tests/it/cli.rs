@@ -715,7 +715,7 @@ fn a_film_goes_on_where_it_stopped() {
     let lit = "render stamp.toml --strategy mis-two --lights power/d2 --triangles solid-angle";
     let said = exits(&folder, &format!("{lit} --spp 3 --film --out a"), 0);
     assert!(said.ends_with("film: a/stamp-mis-two.film\n"), "{said}");
-    exits(&folder, &format!("{lit} --spp 6 --snapshots 4,5,9 --resume a/stamp-mis-two.film --out b"), 0);
+    exits(&folder, &format!("{lit} --spp 6 --snapshots 4,5,6 --resume a/stamp-mis-two.film --out b"), 0);
     exits(&folder, &format!("{lit} --spp 6 --film --out c"), 0);
     let picture = |out: &str| fs::read(folder.path().join(out).join("stamp-mis-two-6spp.exr")).unwrap();
     assert!(picture("b") == picture("c"));
@@ -734,6 +734,12 @@ fn a_film_goes_on_where_it_stopped() {
         ),
         (format!("render {CORNELL} --resume a/stamp-mis-two.film"), "a film of another picture: 24 x 24"),
         ("render stamp.toml --strategy brdf,light --resume a/stamp-mis-two.film".into(), "2 were named"),
+        (
+            "render stamp.toml --spp 6 --snapshots 4,9".into(),
+            "no snapshot after 9 samples a pixel: --spp is 6",
+        ),
+        ("render stamp.toml --strategy light,brdf,light".into(), "--strategy names light twice"),
+        ("agree stamp.toml --strategy mis:0.5,mis:.5".into(), "--strategy names mis:0.5 twice"),
         ("render stamp.toml --map sky.hdr".into(), "has no [environment]"),
         ("render stamp.toml --lights distance".into(), "must be one of area, power, power/d2"),
     ] {
@@ -862,13 +868,18 @@ fn ctrl_c_keeps_the_passes_so_far() {
         &folder,
         "render stamp.toml --sheet --strategy light,brdf --spp 1,1000000 --film --out out",
     );
-    assert_eq!(out.lines().count(), 4, "{out}");
-    let stems = ["stamp-light-1000000spp", "stamp-light-1spp"];
-    let mut expected: Vec<_> =
-        stems.iter().flat_map(|s| ["exr", "png"].map(|e| format!("{s}.{e}"))).collect();
-    expected.push("stamp-light.film".to_owned());
-    expected.push("stamp-sheet.png".to_owned());
-    assert_eq!(files(&folder.path().join("out")), expected);
+    assert_eq!(out.lines().count(), 5, "{out}");
+    assert!(out.contains("stopped: what is above"), "{out}");
+    let expected = files(&folder.path().join("out"));
+    let passes = |name: &String| name.strip_prefix("stamp-light-")?.strip_suffix("spp.exr")?.parse().ok();
+    let mut made: Vec<u32> = expected.iter().filter_map(passes).collect();
+    made.sort_unstable();
+    assert!(matches!(made[..], [1, most] if (2..1_000_000).contains(&most)), "{made:?}");
+    let mut all: Vec<_> =
+        made.iter().flat_map(|n| ["exr", "png"].map(|e| format!("stamp-light-{n}spp.{e}"))).collect();
+    all.extend(["stamp-light.film", "stamp-sheet.png"].map(str::to_owned));
+    all.sort();
+    assert_eq!(expected, all);
     let go_on = "render stamp.toml --strategy light --spp 1 --resume out/stamp-light.film";
     let said = text(&warpcheck(&folder, go_on).output().unwrap().stderr);
     assert!(said.contains("passes already"), "{said}");
