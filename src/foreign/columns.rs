@@ -183,8 +183,18 @@ pub struct Layout {
 /// Names of columns beside those of points.
 const OTHERS: [&str; 5] = ["pdf", "weight", "value", "kept", "_"];
 
+/// Names of coordinates on any domain.
+const COORDINATES: [&str; 12] = ["x", "y", "z", "u", "v", "theta", "phi", "b0", "b1", "b2", "i", "index"];
+
+/// Whether words name the columns of samples on some domain: one is a coordinate, and all others are known or, `some`, may be anything.
+pub(super) fn are_names(words: &[String], some: bool) -> bool {
+    let is_one_of = |all: &[&str], word: &String| all.contains(&word.to_lowercase().as_str());
+    words.iter().any(|word| is_one_of(&COORDINATES, word))
+        && words.iter().all(|word| some || is_one_of(&COORDINATES, word) || is_one_of(&OTHERS, word))
+}
+
 impl Layout {
-    /// From names of columns; without any, those of the point, and behind them perhaps the density.
+    /// From names of columns, in upper or lower case; without any, those of the point, and behind them perhaps the density.
     ///
     /// # Errors
     /// Says which columns the domain needs.
@@ -218,6 +228,7 @@ impl Layout {
         if names.len() != width {
             return Err(format!("{} columns are named, but there are {width}", names.len()));
         }
+        let names: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();
         for (i, name) in names.iter().enumerate() {
             if name != "_" && names[..i].contains(name) {
                 return Err(format!("there are two columns `{name}`"));

@@ -1,5 +1,16 @@
 //! What is wrong with foreign samples, in sentences that name the row.
 
+/// Whether a text is a number but for a comma in the place of its point.
+pub(super) fn has_decimal_comma(text: &str) -> bool {
+    text.split_once(',').is_some_and(|(whole, part)| {
+        part.starts_with(|c: char| c.is_ascii_digit()) && format!("{whole}.{part}").parse::<f64>().is_ok()
+    })
+}
+
+fn hint(text: &str) -> &'static str {
+    if has_decimal_comma(text) { " (decimal commas can't be read)" } else { "" }
+}
+
 /// Why samples can't be read. Rows are numbered from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -77,7 +88,7 @@ pub enum ReadError {
         value: f64,
     },
     /// A field of a text file that is no number.
-    #[error("{name}, row {row} (line {line}): {column} is `{text}`, which is no number")]
+    #[error("{name}, row {row} (line {line}): {column} is `{text}`, which is no number{}", hint(.text))]
     Field {
         /// File.
         name: String,

@@ -125,16 +125,28 @@ impl Opened {
             let promised = size.filter(|size| size % stride == 0).map(|size| size / stride);
             let rows: Box<dyn Rows> = Box::new(BinaryRows::new(&name, whole(reader), numbers, promised));
             (rows, Vec::new())
-        } else if magic.iter().any(|b| *b == 0 || *b > 126) {
+        } else if magic.starts_with(b"\xff\xfe") || magic.starts_with(b"\xfe\xff") {
+            let why = "it is UTF-16, or no text at all; text is to be UTF-8".to_owned();
+            return Err(ReadError::Columns { name, why });
+        } else if !is_text(&magic) {
             let why = "it is neither text nor an array; bytes need --columns with a type, such as x,y,z:f32"
                 .to_owned();
             return Err(ReadError::Columns { name, why });
         } else {
-            text::rows(&name, whole(reader))?
+            // Spreadsheets begin UTF-8 with a mark of byte order, which is no part of the first name.
+            let text = magic.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&magic).to_vec();
+            text::rows(&name, Box::new(std::io::Cursor::new(text).chain(reader)))?
         };
         let bytes = if magic.starts_with(npy::MAGIC) { None } else { typed };
         Ok(Self { name, rows, names, bytes })
     }
+}
+
+/// Whether bytes are the beginning of a text in UTF-8; its last letter may be cut off.
+fn is_text(bytes: &[u8]) -> bool {
+    let is_control = |b: &u8| b.is_ascii_control() && !b.is_ascii_whitespace();
+    let is_utf8 = std::str::from_utf8(bytes).map_or_else(|error| error.error_len().is_none(), |_| true);
+    is_utf8 && !bytes.iter().any(is_control)
 }
 
 impl Rows for Samples {
