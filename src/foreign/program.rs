@@ -1,8 +1,8 @@
 //! A running program as a sampler: everything that is asked of samplers in Rust can be asked of it.
 
 use super::process::{Greeting, Process, ProgramError};
-use super::{Convention, Coordinates, Table};
-use crate::domain::Knots;
+use super::{Convention, Coordinates, Table, table};
+use crate::domain::{Knots, Space};
 use crate::random::{fill_unit, stream};
 use crate::sampler::{PointOf, Sample, Sampler, fill_vec};
 use crate::verify::{Row, Rows, RowsError};
@@ -12,6 +12,8 @@ use std::time::Duration;
 
 /// How long a program may take for an answer, unless told.
 pub const TIMEOUT: Duration = Duration::from_secs(10);
+/// Texels of a grid, at most: quadrature asks each of them for its density.
+const MOST_TEXELS: usize = 1 << 24;
 /// Variates that are asked twice.
 const TWICE: usize = 64;
 /// Coordinates of points that are no such numbers, but text or bytes in another order, taken for numbers.
@@ -53,8 +55,15 @@ impl Started {
             Some("no") => false,
             Some(other) => return Err(wrong(format!("density={other} is neither yes nor no"))),
         };
+        let knots = match self.greeting().get("grid") {
+            None => Knots::default(),
+            Some(said) => {
+                grid(&convention.domain, said).map_err(|why| wrong(format!("grid={said} {why}")))?
+            }
+        };
         let program = Program {
             process: self.process,
+            knots,
             convention,
             dimensions,
             has_density,
@@ -64,6 +73,21 @@ impl Started {
         };
         program.ask_twice()?;
         Ok(program)
+    }
+}
+
+/// The lines of a grid over the chart of a domain, COLUMNSxROWS.
+fn grid(space: &dyn Space, text: &str) -> Result<Knots, String> {
+    let of = |text: &str| text.parse::<usize>().ok().filter(|n| (1..=MOST_TEXELS).contains(n));
+    let size = text.split_once('x').and_then(|(columns, rows)| Some((of(columns)?, of(rows)?)));
+    let Some((columns, rows)) = size else { return Err("is not COLUMNSxROWS, such as 512x256".to_owned()) };
+    match space.name() {
+        _ if columns * rows > MOST_TEXELS => Err(format!("has more than {MOST_TEXELS} texels")),
+        name @ ("triangle" | "discrete") => {
+            Err(format!("says nothing on the {name} domain, which has no rows and columns"))
+        }
+        "interval" if rows > 1 => Err("has more than the one row of an interval".to_owned()),
+        _ => Ok(table::grid(space, rows, columns)),
     }
 }
 
@@ -81,6 +105,8 @@ impl Started {
 /// ```
 pub struct Program<D> {
     process: Process,
+    /// Where it says that its density may jump.
+    knots: Knots,
     convention: Convention<D>,
     dimensions: usize,
     has_density: bool,
@@ -221,6 +247,10 @@ impl<D: Coordinates> Sampler for Program<D> {
 
     fn has_density(&self) -> bool {
         self.has_density
+    }
+
+    fn knots(&self) -> Knots {
+        self.knots.clone()
     }
 
     fn is_slow(&self) -> bool {

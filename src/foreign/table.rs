@@ -5,7 +5,7 @@
 //! one row.
 
 use super::{Coordinates, Measure};
-use crate::domain::{Cell, Knots, Location};
+use crate::domain::{Cell, Knots, Location, Space};
 use std::f64::consts::{PI, TAU};
 
 /// What a table can't be made from.
@@ -81,7 +81,7 @@ impl<D: Coordinates> Table<D> {
         if let Some(i) = values.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
             return Err(TableError::Texel { row: i / columns, column: i % columns, value: values[i] });
         }
-        let axes = if matches!(domain.name(), "sphere" | "hemisphere" | "disk") { [0, 1] } else { [1, 0] };
+        let axes = axes(&domain);
         let mut table = Self { domain, rows, columns, values, measure, integral: 0.0, axes };
         table.integral = (0..table.values.len())
             .map(|i| table.values[i] * table.texel_measure(i / columns, i % columns))
@@ -176,13 +176,22 @@ impl<D: Coordinates> Table<D> {
 
     /// The lines between texels.
     pub fn knots(&self) -> Knots {
-        if self.domain.axes() == 0 {
-            return Knots::default();
-        }
-        let grid = Knots::grid(self.rows, self.columns);
-        let [rows, columns] = grid.axes;
-        Knots { axes: if self.axes == [0, 1] { [rows, columns] } else { [columns, rows] } }
+        grid(&self.domain, self.rows, self.columns)
     }
+}
+
+/// The axes of the chart that rows and columns run along.
+fn axes(space: &dyn Space) -> [usize; 2] {
+    if matches!(space.name(), "sphere" | "hemisphere" | "disk") { [0, 1] } else { [1, 0] }
+}
+
+/// The lines between the texels of a table of so many rows and columns.
+pub(super) fn grid(space: &dyn Space, rows: usize, columns: usize) -> Knots {
+    if space.axes() == 0 {
+        return Knots::default();
+    }
+    let [rows, columns] = Knots::grid(rows, columns).axes;
+    Knots { axes: if axes(space) == [0, 1] { [rows, columns] } else { [columns, rows] } }
 }
 
 #[cfg(test)]
