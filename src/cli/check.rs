@@ -11,19 +11,22 @@ use std::time::{Duration, Instant};
 use warpcheck::domain::{Domain, Space};
 use warpcheck::foreign::{
     AGAIN, Columns, Convention, Coordinates, DomainName, Frame, Given, Keeping, Measure, Place, Program,
-    ProgramRows, Samples, Started, Table, WithTable, of_program, of_samples, read_array, read_to_nothing,
+    ProgramRows, Samples, Started, TIMEOUT, Table, WithTable, of_program, of_samples, read_array,
+    read_to_nothing,
 };
 use warpcheck::picture::{Compression, write_atomically, write_planes, write_png};
 use warpcheck::report;
 use warpcheck::sampler::{Sampler, luminance};
-use warpcheck::verify::{Examination, Recording, Report, Settings, Verdict, compare_recordings, recording};
+use warpcheck::verify::{
+    Against, Examination, Recording, Report, Settings, Verdict, compare_recordings, recording,
+};
 
 #[derive(Args)]
 pub struct Arguments {
     /// Samples: .npy, .npz, text, or bytes with --columns; standard input if none or - is named
     file: Option<PathBuf>,
     /// A program to be asked for samples and densities, in place of a file (docs/protocol.md)
-    #[arg(long, value_name = "CMD", conflicts_with_all = ["file", "columns"])]
+    #[arg(long, value_name = "CMD", conflicts_with_all = ["file", "columns", "partial", "integral"])]
     sampler: Option<String>,
     /// Where points live: square, disk, triangle[:AREA], hemisphere, sphere, interval:LOW:HIGH, discrete:COUNT
     #[arg(long)]
@@ -52,8 +55,8 @@ pub struct Arguments {
     /// With the sine: of each row's centre, as most tables have it, or exactly
     #[arg(long, value_name = "HOW", requires = "env", num_args = 0..=1, default_missing_value = "row", require_equals = true)]
     sine: Option<Sine>,
-    /// Samples of the same distribution, to compare with
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["density", "env"])]
+    /// Samples of the same distribution, to compare with; - is standard input
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["density", "env", "measure", "partial", "integral", "anytime", "time", "without"])]
     against: Option<PathBuf>,
     /// The density may be 0 over parts of the domain that nothing here says
     #[arg(long)]
@@ -61,9 +64,9 @@ pub struct Arguments {
     /// The integral that the mean of the columns `weight`, or `value` over `pdf`, should be
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true)]
     integral: Option<f64>,
-    /// Seconds that a program may take for an answer
-    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = common::seconds, allow_negative_numbers = true)]
-    timeout: f64,
+    /// Seconds that a program may take for an answer [default: 10]
+    #[arg(long, value_name = "SECONDS", value_parser = common::seconds, allow_negative_numbers = true)]
+    timeout: Option<f64>,
     /// Samples, at most: all of a file, 1M of a program unless told
     #[arg(long, value_parser = common::count, allow_negative_numbers = true)]
     samples: Option<u64>,
@@ -121,6 +124,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             bail!("there is no check `{name}` (warpcheck verify --checks lists them)");
         }
     }
+    if arguments.timeout.is_some() && arguments.sampler.is_none() {
+        bail!("--timeout is for the answers of a program, which --sampler names");
+    }
+    if arguments.against.as_deref() == Some(Path::new("-")) && reads_stdin(arguments) {
+        bail!("standard input can't be both the samples and what they are compared with");
+    }
     let out = arguments.out.clone().unwrap_or_default();
     arguments.json.as_deref().map(|file| common::output_file(file, &out)).transpose()?;
     let _folder = arguments.out.as_deref().map(OutputFolder::make).transpose()?;
@@ -145,9 +154,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         mine.set_length(drawn.of);
         mine.set_position(drawn.samples);
     }));
+    let mut may_jump = false;
     let examined = match &arguments.sampler {
         Some(command) => {
-            let started = Started::new(command, Duration::from_secs_f64(arguments.timeout))?;
+            let started = Started::new(command, arguments.timeout.map_or(TIMEOUT, Duration::from_secs_f64))?;
             let domain = match (arguments.domain, started.greeting().get("domain")) {
                 (Some(domain), _) => domain,
                 (None, Some(said)) => {
@@ -155,6 +165,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 }
                 (None, None) => bail!("neither the program nor --domain says where points live"),
             };
+            may_jump = started.greeting().get("grid").is_none()
+                && !matches!(domain, DomainName::Triangle(_) | DomainName::Discrete(_))
+                && !(arguments.density.is_some() || arguments.env.is_some() || arguments.against.is_some());
             warpcheck::on_domain!(domain, domain => program(started, domain, arguments, &settings, &stop))
         }
         None => {
@@ -167,7 +180,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     settings.samples = examination.samples;
     let report = Report::new(vec![examination], &settings);
     let stopped = stop.load(Ordering::Relaxed);
-    conclude(&report, arguments, stopped, dossier)
+    let code = conclude(&report, arguments, stopped, dossier)?;
+    if may_jump && report.verdict() == Verdict::Inconclusive && report.examinations[0].integral.1 > ROUGH {
+        print(
+            "hint: if the density jumps from texel to texel, the program's first line can say where: grid=COLUMNSxROWS (docs/protocol.md)\n",
+        )?;
+    }
+    Ok(code)
 }
 
 fn null(arguments: &Arguments) -> Result<ExitCode> {
@@ -183,6 +202,11 @@ fn place(file: Option<&Path>) -> Place {
         Some(file) if file != Path::new("-") => Place::File(file.to_owned()),
         _ => Place::Stdin,
     }
+}
+
+/// Whether the samples themselves come from standard input.
+fn reads_stdin(arguments: &Arguments) -> bool {
+    arguments.sampler.is_none() && place(arguments.file.as_deref()) == Place::Stdin
 }
 
 fn name(arguments: &Arguments) -> String {
@@ -295,11 +319,11 @@ fn samples<D: Coordinates>(domain: D, arguments: &Arguments, settings: &Settings
     let read = Samples::open(&place, arguments.columns.as_ref(), &convention)?;
     let layout = read.layout().clone();
     if let Some(file) = &arguments.against {
-        let others = Samples::open(&Place::File(file.clone()), arguments.columns.as_ref(), &convention)?;
+        let place = self::place(Some(file));
+        let others = Samples::open(&place, arguments.columns.as_ref(), &convention)?;
         let (mine, theirs) = (layout, others.layout().clone());
         let first = recorded(&convention, read, |row| mine.row(&convention, row))?.name(name(arguments));
-        let second = recorded(&convention, others, |row| theirs.row(&convention, row))?
-            .name(file.display().to_string());
+        let second = recorded(&convention, others, |row| theirs.row(&convention, row))?.name(place.name());
         return compare_recordings(&first, &second, settings).map_err(plain);
     }
     if given.is_none() && !layout.has_density() {
@@ -371,12 +395,12 @@ fn program<D: Coordinates>(
     let mut program: Program<D> = started.on(convention.clone())?.stopping(Arc::clone(stop));
     let name = name(arguments);
     if let Some(file) = &arguments.against {
-        let others = Samples::open(&Place::File(file.clone()), arguments.columns.as_ref(), &convention)?;
+        let place = place(Some(file));
+        let others = Samples::open(&place, arguments.columns.as_ref(), &convention)?;
         let theirs = others.layout().clone();
         let rows = ProgramRows::new(&program, settings.samples, settings.seed);
         let first = recorded(&convention, rows, |row| ProgramRows::row(&convention.domain, row))?.name(name);
-        let second = recorded(&convention, others, |row| theirs.row(&convention, row))?
-            .name(file.display().to_string());
+        let second = recorded(&convention, others, |row| theirs.row(&convention, row))?.name(place.name());
         let examination = compare_recordings(&first, &second, settings).map_err(plain)?;
         program.finish()?;
         return Ok(examination);
@@ -399,6 +423,9 @@ fn program<D: Coordinates>(
     Ok(examination)
 }
 
+/// An integral that is known less well than this may be of a density with edges.
+const ROUGH: f64 = 3e-4;
+
 fn conclude(
     report: &Report,
     arguments: &Arguments,
@@ -408,12 +435,12 @@ fn conclude(
     let replay = |_: &str| {
         let words: Vec<String> = std::env::args().skip(1).collect();
         let line = shlex::try_join(words.iter().map(String::as_str)).unwrap_or_else(|_| words.join(" "));
-        let piped = arguments.sampler.is_none() && place(arguments.file.as_deref()) == Place::Stdin;
+        let piped = reads_stdin(arguments) || arguments.against.as_deref() == Some(Path::new("-"));
         format!("warpcheck {line}{}", if piped { ", with the same samples on standard input" } else { "" })
     };
     print(&report::table(report, common::style(), replay))?;
-    if let Some(folder) = arguments.out.as_deref().filter(|_| !report.examinations[0].cells.is_empty()) {
-        let examination = &report.examinations[0];
+    let examination = &report.examinations[0];
+    if let Some(folder) = arguments.out.as_deref().filter(|_| !examination.cells.is_empty()) {
         let path = folder.join(common::file_stem(&examination.name));
         write_png(common::with_extension(&path, "png"), &report::residual_sheet(report, 0))?;
         let evidence = common::with_extension(&path, "exr");
@@ -422,6 +449,14 @@ fn conclude(
         } else {
             write_planes(evidence, &report::residual_planes(examination)?, Compression::Zip)?;
         }
+    } else if arguments.out.is_some() {
+        let why = match examination.against {
+            Against::OwnDensities => {
+                "the column `pdf` says nothing of places without a sample; --density or --env would"
+            }
+            _ => "there are no cells to draw",
+        };
+        print(&format!("no pictures: {why}\n"))?;
     }
     if let Some(file) = &arguments.json {
         let json = format!("{:#}\n", report::to_json(report, replay));

@@ -28,9 +28,9 @@ pub struct Arguments {
     /// Seed
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
-    /// How theta is placed inside a row of a map
-    #[arg(long, value_enum, default_value_t = Rows::UniformV)]
-    rows: Rows,
+    /// How theta is placed inside a row of a map [default: uniform-v]
+    #[arg(long, value_enum)]
+    rows: Option<Rows>,
     /// Height of the histogram in pixels; that of the map (2048 at most), or 256, unless told
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=2048), allow_negative_numbers = true)]
     height: Option<u32>,
@@ -116,6 +116,12 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
                 bail!("there is no file or sampler `{}` (`warpcheck verify --list`)", arguments.target)
             }
         };
+        if arguments.rows.is_some() {
+            bail!(
+                "--rows is how the rows of a map's file are sampled; `{}` is a sampler already",
+                entry.name
+            );
+        }
         let subject = entry.make().with_context(|| format!("can't make the sampler {}", entry.name))?;
         let _folder = OutputFolder::make(&arguments.out)?;
         let dossier = match page {
@@ -235,8 +241,8 @@ struct Map {
 impl Map {
     fn read(file: &Path, arguments: &Arguments) -> Result<Self> {
         let rows = match arguments.rows {
-            Rows::UniformV => RowWarp::UniformV,
-            Rows::UniformCos => RowWarp::UniformCosTheta,
+            None | Some(Rows::UniformV) => RowWarp::UniformV,
+            Some(Rows::UniformCos) => RowWarp::UniformCosTheta,
         };
         let map = catalogue::read_map(file)?;
         // What fills histograms fastest and still keeps strata together.

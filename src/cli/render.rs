@@ -28,10 +28,10 @@ pub struct Arguments {
     #[arg(long, value_parser = common::passes, value_delimiter = ',', allow_negative_numbers = true)]
     snapshots: Vec<u32>,
     /// Stop each strategy after this many seconds of rendering, those of a resumed film included
-    #[arg(long, value_name = "SECONDS", value_parser = common::seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = common::seconds, allow_negative_numbers = true)]
     time: Option<f64>,
     /// Stop each strategy when the relative standard error of its pixels, in root mean square, is down to this
-    #[arg(long, value_name = "RELATIVE", value_parser = common::level)]
+    #[arg(long, value_name = "RELATIVE", value_parser = common::level, allow_negative_numbers = true)]
     error: Option<f64>,
     #[command(flatten)]
     lights: LightArguments,

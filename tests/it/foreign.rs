@@ -152,6 +152,7 @@ fn every_format_reads_the_same_samples() {
     archive.write_all(&npy(">f8", false, "(40000,)", &bytes_of(&columns[3], true))).unwrap();
     let archive = archive.finish().unwrap().into_inner();
     let fields = "[('x', '<f8'), ('y', '<f8'), ('z', '<f8'), ('pdf', '<f8')]";
+    let turned: Vec<Vec<f64>> = samples.iter().map(|row| vec![row[3], row[0], row[1], row[2]]).collect();
     let files = [
         folder.file("c.npy", npy("<f8", false, "(40000, 4)", &f64s)),
         folder.file("f32.npy", npy("<f4", false, "(40000, 4)", &f32s(&samples))),
@@ -161,6 +162,15 @@ fn every_format_reads_the_same_samples() {
         folder.file("both.npz", archive),
         folder.file("comma.csv", text(&samples, "x,y,z,pdf")),
         folder.file("blanks.txt", text(&samples, "# as numpy.savetxt writes it").replace(',', " ")),
+        folder.file("bom.csv", text(&samples, "\u{feff}X,Y,Z,PDF")),
+        folder
+            .file("aligned.txt", text(&samples, "").trim_start().replace(',', "    ").replace('\n', "\n  ")),
+        folder.file("tabs.txt", text(&samples, "  x\t\ty\tz\tpdf\r").replace(',', " \t")),
+        folder.file(
+            "savetxt.txt",
+            text(&turned, "#\n# pdf,x,y,z").replace(',', " ").replace("# pdf x y", "# pdf,x,y"),
+        ),
+        folder.file("words.txt", text(&turned, "# PDF X Y Z").replace(',', "\t")),
     ];
     let mut said = Vec::new();
     for file in &files {
@@ -216,6 +226,20 @@ fn what_is_malformed_is_named_by_its_row() {
     hemisphere(&csv(&|l| l[300] = "0,0,NaN,0.3".into()), "row 299: z is NaN");
     hemisphere(&csv(&|l| l.truncate(1)), "is empty: there are no samples");
     hemisphere(&csv(&|l| l[0] = "x,y,z,density".into()), "nobody knows what the column `density` is");
+    hemisphere(&csv(&|l| l[0] = "# density,x,y,z".into()), "nobody knows what the column `density` is");
+    let commas = text(&good, "").trim_start().replace(',', ";").replace('.', ",");
+    hemisphere(&folder.file("commas.csv", &commas), "its numbers have decimal commas, as in `");
+    hemisphere(
+        &folder.file("commas.txt", commas.replace(';', "  ")),
+        "its numbers have decimal commas, as in `",
+    );
+    hemisphere(
+        &folder.file("named.csv", format!("x;y;z;pdf\n{commas}")),
+        "which is no number (decimal commas can't be read)",
+    );
+    hemisphere(&folder.file("letters.csv", text(&good, "\u{3b8},y,z,pdf")), "\u{3b8},y,z,pdf hold no point");
+    let wide: Vec<u8> = "\u{feff}x,y,z".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    hemisphere(&folder.file("wide.csv", wide), "it is UTF-16");
     let whole = npy("<f4", false, "(5000, 4)", &f32s(&good));
     hemisphere(
         &folder.file("short.npy", &whole[..whole.len() - 160]),
@@ -365,6 +389,11 @@ fn two_files_are_compared() {
     let arguments = ["--domain", "sphere", "--columns", "x,y,z:f32", "--against", &second];
     expect(PASS, "1 of 1", &arguments, &other(10.0, 2));
     expect(FAIL, "two-sample", &arguments, &other(11.0, 2));
+    // Either may be standard input, but not both.
+    let turned = [&second, "--domain", "sphere", "--columns", "x,y,z:f32", "--against", "-"];
+    expect(PASS, "1 of 1", &turned, &other(10.0, 2));
+    expect(FAIL, "with the same samples on standard input", &turned, &other(11.0, 2));
+    expect(BAD, "standard input can't be both", &turned[1..], &other(10.0, 2));
 }
 
 #[test]
@@ -384,6 +413,45 @@ fn weights_and_rejected_samples() {
         .collect();
     let names = ["--domain", "hemisphere", "--columns", "x,y,z,pdf,kept:f32", "--without", "independence"];
     expect(PASS, "1 of 1", &names, &f32s(&halved));
+}
+
+#[test]
+fn what_has_no_effect_is_refused() {
+    for (words, says) in [
+        ("--sampler a --partial", "'--sampler <CMD>' cannot be used with '--partial'"),
+        ("--sampler a --integral 3", "'--sampler <CMD>' cannot be used with '--integral <NUMBER>'"),
+        ("a.npy --domain sphere --timeout 3", "--timeout is for the answers of a program"),
+        (
+            "a.npy --against b.npy --integral 3",
+            "'--against <FILE>' cannot be used with '--integral <NUMBER>'",
+        ),
+        ("a.npy --against b.npy --partial", "'--against <FILE>' cannot be used with '--partial'"),
+        ("a.npy --against b.npy --anytime", "'--against <FILE>' cannot be used with '--anytime'"),
+        ("a.npy --against b.npy --time 3", "'--against <FILE>' cannot be used with '--time <SECONDS>'"),
+        (
+            "a.npy --against b.npy --without scan",
+            "'--against <FILE>' cannot be used with '--without <CHECK>'",
+        ),
+        (
+            "a.npy --against b.npy --measure uv",
+            "'--against <FILE>' cannot be used with '--measure <MEASURE>'",
+        ),
+    ] {
+        expect(BAD, says, &words.split(' ').collect::<Vec<_>>(), &[]);
+    }
+}
+
+#[test]
+fn pictures_need_a_density_of_places() {
+    let folder = Folder::new();
+    let out = folder.0.path().join("out");
+    let words = ["--domain", "hemisphere", "--columns", "x,y,z,pdf:f32", "--out", out.to_str().unwrap()];
+    expect(PASS, "no pictures: the column `pdf` says nothing of places", &words, &f32s(&cosine(30_000)));
+    assert!(!out.exists(), "nothing was to be written");
+    let table = cosine_table(&folder);
+    let words = [&against(&table)[..], &words[4..]].concat();
+    expect(PASS, "1 of 1", &words, &f32s(&cosine(30_000)));
+    assert_eq!(std::fs::read_dir(out).unwrap().count(), 1);
 }
 
 /// Runs what needs a tool that may not be installed.
@@ -450,12 +518,74 @@ fn programs_that_misbehave_get_a_sentence() {
     misbehaves("echo warpcheck 2 domain=square dimensions=2", "it speaks version 2, not 1");
     misbehaves("echo warpcheck 1 domain=square; cat > /dev/null", "`dimensions` is missing");
     misbehaves("echo warpcheck 1 domain=ball dimensions=2; cat > /dev/null", "`ball` is no domain");
+    for (grid, says) in [
+        ("domain=square dimensions=2 grid=8", "grid=8 is not COLUMNSxROWS, such as 512x256"),
+        ("domain=square dimensions=2 grid=0x4", "grid=0x4 is not COLUMNSxROWS"),
+        ("domain=square dimensions=2 grid=9999x9999", "grid=9999x9999 has more than 16777216 texels"),
+        ("domain=interval dimensions=1 grid=8x2", "grid=8x2 has more than the one row of an interval"),
+        ("domain=triangle dimensions=2 grid=8x2", "grid=8x2 says nothing on the triangle"),
+    ] {
+        misbehaves(&format!("echo warpcheck 1 {grid}; cat > /dev/null"), says);
+    }
     misbehaves("exec sleep 30", "gave no answer in 1 s before its first line");
     misbehaves(&format!("{greeting} cat > /dev/null"), "gave no answer in 1 s when asked `sample 64`");
     misbehaves(&format!("{greeting} read question; echo it is full >&2; exit 7"), "it said: it is full");
     misbehaves(&format!("{greeting} yes"), "answers nonsense");
     expect(BAD, "can't start", &["--sampler", "/no/such/program"], &[]);
     expect(BAD, "is no command line", &["--sampler", "'"], &[]);
+}
+
+/// The example with a map in the place of its lobe: 8 x 4 texels on the sphere, constant per solid angle.
+const MAP: &str = r"
+def sample(u, v, s):
+    i = bisect.bisect_right(CDF, s) - 1
+    row, column = divmod(i, 8)
+    z, phi = EDGES[row] + v * (EDGES[row + 1] - EDGES[row]), 2 * math.pi * (column + u) / 8
+    r = math.sqrt(max(0.0, 1 - z * z))
+    return r * math.cos(phi), r * math.sin(phi), z
+
+
+def pdf(x, y, z):
+    row = min(3, int(4 * math.acos(max(-1.0, min(1.0, z))) / math.pi))
+    return WEIGHTS[row][min(7, int(8 * (math.atan2(y, x) / (2 * math.pi) % 1.0)))] / TOTAL
+
+
+import bisect
+EDGES = [math.cos(math.pi * row / 4) for row in range(5)]
+WEIGHTS = [[1 + (3 * column + 5 * row) % 7 for column in range(8)] for row in range(4)]
+CDF = [0.0]
+for row in range(4):
+    for weight in WEIGHTS[row]:
+        CDF.append(CDF[-1] + weight * (EDGES[row] - EDGES[row + 1]) * math.pi / 4)
+TOTAL = CDF.pop()
+CDF = [c / TOTAL for c in CDF]
+";
+
+/// Its command; `python` says how it is run.
+fn map_program(folder: &Folder, python: &Path, greeting: &str) -> String {
+    let script = std::fs::read_to_string(example("sampler.py")).unwrap();
+    let (from, to) = (script.find("def sample").unwrap(), script.find("print(").unwrap());
+    let script = format!("{}{MAP}\n\n{}", &script[..from], &script[to..]);
+    let script = script.replace("b\"sample\": 2", "b\"sample\": 3");
+    let script = script.replace("domain=hemisphere dimensions=2", greeting);
+    format!("{} '{}'", python.display(), folder.file("map.py", script))
+}
+
+#[test]
+fn a_map_says_where_it_jumps() {
+    let Some(python) = tool("python3") else { return };
+    let folder = Folder::new();
+    let command = map_program(&folder, &python, "domain=sphere dimensions=3 grid=8x4");
+    expect(PASS, "1 of 1", &["--sampler", &command, "--samples", "20k"], &[]);
+}
+
+#[test]
+#[ignore = "long: quadrature looks for the edges, in Python"]
+fn a_map_that_does_not_say_where_is_told_how() {
+    let Some(python) = tool("python3") else { return };
+    let folder = Folder::new();
+    let command = map_program(&folder, &python, "domain=sphere dimensions=3");
+    expect(3, "hint: if the density jumps", &["--sampler", &command, "--samples", "20k"], &[]);
 }
 
 #[test]
