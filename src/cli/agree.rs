@@ -22,9 +22,13 @@ pub struct Arguments {
     strategy: Vec<Strategy>,
     #[command(flatten)]
     lights: LightArguments,
-    /// Also compare with a picture (EXR, HDR), or with means and errors of blocks (JSON, see data/reference)
+    /// Also compare with a picture (EXR, HDR), or with means and errors of blocks (JSON, see data/reference) [default: the scene's
+    /// [reference], if it has one]
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
+    /// Don't compare with the scene's [reference]
+    #[arg(long, conflicts_with = "reference")]
+    no_reference: bool,
     /// The picture has no noise; without this, its noise is estimated from how pixels differ from their neighbours
     #[arg(long, requires = "reference")]
     exact: bool,
@@ -57,8 +61,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let scene = arguments.lights.scene(&arguments.scene)?;
     let lights = Lights::load_with(&scene, arguments.lights.sampling())?;
     let strategies = common::strategies(&arguments.strategy, &Experiment::default().strategies)?;
-    let reference =
-        arguments.reference.as_deref().map(|file| reference(&scene, file, arguments)).transpose()?;
+    let reference = match &arguments.reference {
+        Some(file) => Some(reference(&scene, file, arguments)?),
+        None => own_reference(&scene, arguments)?,
+    };
     if strategies.len() + usize::from(reference.is_some()) < 2 {
         bail!("one strategy alone agrees with itself: name two, or a --reference");
     }
@@ -114,6 +120,29 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         Judgement::Inconclusive if arguments.allow_inconclusive => ExitCode::SUCCESS,
         Judgement::Inconclusive => ExitCode::from(3),
     })
+}
+
+/// What the scene file says that its picture is to be compared with, where that is a picture of the same: block means with their errors if it has some
+/// and the tiles are theirs, or else the picture. Whatever doesn't fit is said and left out, since nobody asked for it.
+fn own_reference(scene: &Scene, arguments: &Arguments) -> Result<Option<Estimate>> {
+    let Some(own) = scene.reference.as_ref().filter(|_| !arguments.no_reference) else { return Ok(None) };
+    if arguments.lights.replaces_map() {
+        print("the scene's [reference] is left out: it is not of this --map\n")?;
+        return Ok(None);
+    }
+    let mut why = String::new();
+    for file in own.blocks.iter().chain([&own.file]) {
+        match reference(scene, file, arguments) {
+            Ok(estimate) => {
+                let file = file.display();
+                print(&format!("reference: {file}, as the scene says (--no-reference leaves it out)\n"))?;
+                return Ok(Some(estimate));
+            }
+            Err(error) => why = common::sentence(&error),
+        }
+    }
+    print(&format!("the scene's [reference] is left out: {why}\n"))?;
+    Ok(None)
 }
 
 /// A reference with its tiles.

@@ -90,6 +90,11 @@ impl LightArguments {
         LightSampling { selection: self.lights, placement: self.triangles }
     }
 
+    /// Whether the light is another than the scene's own.
+    pub fn replaces_map(&self) -> bool {
+        self.map.is_some()
+    }
+
     /// The scene, under the map that was named.
     pub fn scene(&self, file: &Path) -> Result<Scene> {
         let mut scene = Scene::load(file)?;

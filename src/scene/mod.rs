@@ -40,9 +40,9 @@
 //! display = "srgb"                  # the default; "gamma22"
 //! exposure = 1.0                    # multiplies the radiance before display
 //!
-//! [reference]                       # optional: a picture to compare with
+//! [reference]                       # optional: another renderer's picture, with which `warpcheck agree` compares
 //! file = "room.exr"
-//! blocks = "room.json"              # optional: block means and their standard errors
+//! blocks = "room.json"              # optional: its block means and their standard errors, preferred to the picture
 //! ```
 //!
 //! Required are `materials`, at least one `mesh` with its `file`, the camera's `eye`, `at` and `fov_degrees`, the

@@ -79,7 +79,7 @@ pub struct Scene {
     pub environment: Option<Environment>,
     /// The picture to make.
     pub picture: Picture,
-    /// A picture to compare with, if any.
+    /// Another renderer's picture to compare with, if any.
     pub reference: Option<Reference>,
     rays: Rays,
     rays_time: Duration,

@@ -426,10 +426,16 @@ fn what_makes_no_sense_is_refused_in_one_sentence() {
         ("histogram sphere/uniform --height 0".to_owned(), "'0' for '--height <HEIGHT>'"),
         ("histogram sphere/uniform --height 1e9".to_owned(), "'1e9' for '--height <HEIGHT>'"),
         ("histogram sphere/uniform --rows diagonal".to_owned(), "[possible values: uniform-v, uniform-cos]"),
+        (
+            "histogram triangle/square-root --rows uniform-cos".to_owned(),
+            "`triangle/square-root` is a sampler already",
+        ),
         ("histogram".to_owned(), "required arguments were not provided: <TARGET>"),
         (cornell("--spp 0"), "'0' for '--spp <SPP>': there must be at least 1"),
         (cornell("--spp -1"), "'-1' for '--spp <SPP>': there must be at least 1"),
         (cornell("--spp 1,1e12"), "'1e12' for '--spp <SPP>': too many: at most 1e9"),
+        (cornell("--time -1"), "'-1' for '--time <SECONDS>': must be a positive number of seconds"),
+        (cornell("--error -1"), "'-1' for '--error <RELATIVE>': must be a number between 0 and 1"),
         (cornell("--strategy bdpt"), "`bdpt` is no strategy; it must be uniform, brdf, light, mis, mis:C"),
         (cornell("--strategy mis:1.5"), "`mis:1.5` is no strategy"),
         ("verfy".to_owned(), "unrecognized subcommand 'verfy'; tip: a similar subcommand exists: 'verify'"),
@@ -747,6 +753,36 @@ fn a_film_goes_on_where_it_stopped() {
         let said = text(&stderr);
         assert_eq!((status.code(), text(&stdout).as_str()), (Some(2), ""), "{words}: {said}");
         assert!(said.contains(part) && said.lines().count() == 1, "{words}: {said}");
+    }
+}
+
+#[test]
+fn strategies_are_compared_with_the_reference_of_their_scene() {
+    let folder = tempdir().unwrap();
+    let own = |file: &str, blocks: &str| {
+        let scene = small_scene(&folder);
+        let text = fs::read_to_string(&scene).unwrap();
+        let blocks = if blocks.is_empty() { String::new() } else { format!("blocks = \"{blocks}\"\n") };
+        fs::write(scene, format!("{text}\n[reference]\nfile = \"{file}\"\n{blocks}")).unwrap();
+    };
+    let agree = |words: &str, code: i32| {
+        exits(&folder, &format!("agree stamp.toml --spp 32 --allow-inconclusive --out out {words}"), code)
+    };
+    for (name, size) in [("black.exr", 24), ("large.exr", 25)] {
+        write_exr(folder.path().join(name), &Picture::from_fn(size, size, |_, _| [0.0; 3])).unwrap();
+    }
+    own("black.exr", "gone.json");
+    let said = agree("--strategy light", 1);
+    assert!(said.starts_with("reference: ") && said.contains("black.exr, as the scene says"), "{said}");
+    let two = "--strategy light,mis:0.5";
+    for (file, words, says) in [
+        ("black.exr", "--no-reference", ""),
+        ("large.exr", "", "is left out: "),
+        ("gone.exr", "", "is left out: "),
+    ] {
+        own(file, "");
+        let said = agree(&format!("{two} {words}"), 0);
+        assert!(said.contains(says) && !said.contains("as the scene says"), "{file}: {said}");
     }
 }
 
