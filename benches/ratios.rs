@@ -506,8 +506,8 @@ fn growth_of_histograms() -> Vec<Curve> {
     ];
     drop(plain);
     let ours = Drawer::ours(Form::Guide);
-    curves.push(("Histogram, 1 thread", curve(&ours, 1, most)));
-    curves.push(("Histogram, 2 threads", curve(&ours, 2, most)));
+    curves.push(("guide, 1 thread", curve(&ours, 1, most)));
+    curves.push(("guide, 2 threads", curve(&ours, 2, most)));
     curves
 }
 
@@ -589,6 +589,18 @@ fn ratios(since: SystemTime, others: Vec<Ratio>) {
     }
 }
 
+/// The colour of a kind of curve, the same in all panels, and its width: curves that are alike but for one thread are thin.
+fn stroke(name: &str) -> (RGBColor, u32) {
+    let colour = match name.split(',').next().unwrap_or(name) {
+        "floor" => RGBColor(90, 90, 90),
+        "partition_point" | "two binary searches" | "one at a time" => RGBColor(213, 94, 0),
+        "DiscreteGuide" | "guide" => RGBColor(0, 114, 178),
+        "DiscreteAlias" | "alias" => RGBColor(0, 158, 115),
+        _ => RGBColor(204, 121, 167), // another crate
+    };
+    (colour, if name.ends_with("1 thread") { 1 } else { 3 })
+}
+
 /// A panel of the plot, both axes logarithmic.
 fn panel<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
@@ -599,13 +611,6 @@ fn panel<B: DrawingBackend>(
 where
     B::ErrorType: 'static,
 {
-    const COLOURS: [RGBColor; 5] = [
-        RGBColor(204, 121, 167),
-        RGBColor(213, 94, 0),
-        RGBColor(0, 114, 178),
-        RGBColor(0, 158, 115),
-        RGBColor(90, 90, 90),
-    ];
     let range = |values: &mut dyn Iterator<Item = f64>| {
         values.fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)))
     };
@@ -635,11 +640,12 @@ where
         .x_label_formatter(&power)
         .y_label_formatter(&power)
         .draw()?;
-    for ((name, points), colour) in curves.into_iter().zip(COLOURS) {
+    for (name, points) in curves {
+        let (colour, width) = stroke(name);
         chart
-            .draw_series(LineSeries::new(points, colour.stroke_width(3)).point_size(2))?
+            .draw_series(LineSeries::new(points, colour.stroke_width(width)).point_size(2))?
             .label(name)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(3)));
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(width)));
     }
     chart
         .configure_series_labels()

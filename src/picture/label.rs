@@ -56,11 +56,13 @@ pub fn draw_text(canvas: &mut Canvas, x: usize, y: usize, text: &str, size: Text
     }
 }
 
-/// Breaks `text` into lines of at most `columns` glyphs, between words where possible; a longer word is cut.
+/// Breaks `text` into lines of at most `columns` glyphs, between words where possible; a longer word is cut, behind its slashes, hyphens and underscores
+/// where possible.
 ///
 /// ```
 /// use warpcheck::picture::wrap_text;
 /// assert_eq!(wrap_text("two sample MIS", 10), ["two sample", "MIS"]);
+/// assert_eq!(wrap_text("environment/noon_grass/guide", 17), ["environment/", "noon_grass/guide"]);
 /// ```
 pub fn wrap_text(text: &str, columns: usize) -> Vec<String> {
     let columns = columns.max(1);
@@ -70,7 +72,7 @@ pub fn wrap_text(text: &str, columns: usize) -> Vec<String> {
         let mut used = 0;
         for word in paragraph.split_whitespace() {
             let letters: Vec<char> = word.chars().collect();
-            for (i, piece) in letters.chunks(columns).enumerate() {
+            for (i, piece) in pieces(&letters, columns).into_iter().enumerate() {
                 if used > 0 && (i > 0 || used + 1 + piece.len() > columns) {
                     lines.push(std::mem::take(&mut line));
                     used = 0;
@@ -86,6 +88,19 @@ pub fn wrap_text(text: &str, columns: usize) -> Vec<String> {
         lines.push(line);
     }
     lines
+}
+
+/// The parts of a word that fit into lines. A slash is better to break at than a hyphen, wherever it stands.
+fn pieces(word: &[char], columns: usize) -> Vec<&[char]> {
+    let (mut pieces, mut rest) = (Vec::new(), word);
+    while rest.len() > columns {
+        let behind = |sign: char| rest[..columns].iter().rposition(|&letter| letter == sign).map(|at| at + 1);
+        let at = behind('/').or_else(|| behind('-').max(behind('_'))).unwrap_or(columns);
+        pieces.push(&rest[..at]);
+        rest = &rest[at..];
+    }
+    pieces.push(rest);
+    pieces
 }
 
 fn glyph(letter: char) -> [u8; GLYPH] {
@@ -118,6 +133,9 @@ mod tests {
             assert_eq!(letters(&lines.concat()), letters(text));
         }
         assert!(wrap_text("", 5).is_empty());
+        let name = "environment/spruit_sunrise_512/uniform-v: pass";
+        assert_eq!(wrap_text(name, 32), ["environment/spruit_sunrise_512/", "uniform-v: pass"]);
+        assert_eq!(wrap_text("spruit_sunrise_512", 10), ["spruit_", "sunrise_", "512"]);
     }
 
     #[test]

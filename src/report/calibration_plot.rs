@@ -17,9 +17,9 @@ const ENDS: (f64, f64) = (-3.0, 2.0);
 
 /// The plot as the text of an SVG file.
 ///
-/// Left: for every check and the whole verdict the measured rate of alarms over the level, both logarithmic, with its 95% interval; checks
-/// that may raise no alarm at all are left out. Right: for every part of every check, over p, the share of p-values below p minus p, in widths of
-/// Kolmogorov's 99% band of as many values.
+/// Left: for every check and the whole verdict the measured rate of alarms over the level, both logarithmic, with its 95% interval, those of one
+/// level side by side in a band; checks that may raise no alarm at all are left out. Right: for every part of every check, over p, the share of p-values
+/// below p minus p, in widths of Kolmogorov's 99% band of as many values; what is beyond the axis is not drawn.
 ///
 /// # Errors
 /// [`std::fmt::Error`] if the text can't be put together.
@@ -107,10 +107,22 @@ fn rates<'a>(
         .x_label_formatter(&|x| format!("{x}"))
         .y_label_formatter(&|y| format!("{y}"))
         .draw()?;
-    chart.draw_series(LineSeries::new([(4e-4, 4e-4), (0.12, 0.12)], BLACK.mix(0.5)))?;
+    // Side by side, so that the intervals don't hide each other: all that stands in a level's band is to be held against the line across it. Two
+    // levels are a factor of 5 apart at least.
+    let step = 0.11_f64.min(1.5 / series.len().max(1) as f64);
+    let half = step * (0.5 * series.len() as f64 + 0.1);
+    let mut levels: Vec<f64> =
+        series.iter().flat_map(|(row, _)| row.all.rates.iter().map(|r| r.level)).collect();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup();
+    for level in levels {
+        let (left, right) = (level * (-half).exp(), level * half.exp());
+        chart.draw_series([Rectangle::new([(left, FLOOR * 0.8), (right, 0.2)], BLACK.mix(0.06).filled())])?;
+        chart
+            .draw_series(LineSeries::new([(left, level), (right, level)], BLACK.mix(0.6).stroke_width(2)))?;
+    }
     for (i, &(row, colour)) in series.iter().enumerate() {
-        // Side by side, so that the intervals don't hide each other.
-        let beside = (0.11 * (i as f64 - 0.5 * (series.len() as f64 - 1.0))).exp();
+        let beside = (step * (i as f64 - 0.5 * (series.len() as f64 - 1.0))).exp();
         for rate in &row.all.rates {
             let x = rate.level * beside;
             let share = rate.alarms as f64 / row.all.runs.max(1) as f64;
@@ -146,23 +158,47 @@ fn distributions<'a>(
         .bold_line_style(BLACK.mix(0.12))
         .draw()?;
     chart.draw_series([Rectangle::new([(0.0, -1.0), (1.0, 1.0)], BLACK.mix(0.08).filled())])?;
+    let range = (ENDS.0, ENDS.1);
     for &(row, colour) in series {
         for part in calibration.uniformity_of(row).into_iter().filter(|u| u.sampler.is_none()) {
             let band = BAND / (part.p_values.len() as f64).sqrt();
-            let curve = (0..=200).map(|i| {
+            let is_uniform = part.claim == Claim::Uniform;
+            // At 0 and 1 nothing can be off; where values are heaped at 1, the way there says nothing.
+            let curve = (0..200 + i32::from(is_uniform)).map(|i| {
                 let p = f64::from(i) / 200.0;
-                // At 0 and 1 nothing can be off.
                 let off = if i % 200 == 0 { 0.0 } else { part.share_up_to(p) - p };
-                (p, (off / band).clamp(ENDS.0, ENDS.1))
+                (p, off / band)
             });
-            if part.claim == Claim::Uniform {
-                chart.draw_series(LineSeries::new(curve, colour.stroke_width(2)))?;
-            } else {
-                chart.draw_series(DashedLineSeries::new(curve, 3, 4, colour.stroke_width(1)))?;
+            for piece in within(&curve.collect::<Vec<_>>(), range) {
+                if is_uniform {
+                    chart.draw_series(LineSeries::new(piece, colour.stroke_width(2)))?;
+                } else {
+                    chart.draw_series(DashedLineSeries::new(piece, 3, 4, colour.stroke_width(1)))?;
+                }
             }
         }
     }
     Ok(())
+}
+
+/// The pieces of a curve whose ordinates are within a range.
+fn within(curve: &[(f64, f64)], (low, high): (f64, f64)) -> Vec<Vec<(f64, f64)>> {
+    let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
+    for pair in curve.windows(2) {
+        let ((x0, y0), (x1, y1)) = (pair[0], pair[1]);
+        if y0.max(y1) < low || y0.min(y1) > high {
+            continue;
+        }
+        let ends = [(x0, y0), (x1, y1)].map(|(x, y)| {
+            let clipped = y.clamp(low, high);
+            if clipped == y { (x, y) } else { (x0 + (x1 - x0) * (clipped - y0) / (y1 - y0), clipped) }
+        });
+        match pieces.last_mut().filter(|piece| piece.last() == Some(&ends[0])) {
+            Some(piece) => piece.push(ends[1]),
+            None => pieces.push(ends.to_vec()),
+        }
+    }
+    pieces
 }
 
 fn explain<'a>(
@@ -183,17 +219,38 @@ fn explain<'a>(
         y += 24;
     }
     let lines = [
+        "left: points of one level stand".to_owned(),
+        "side by side in its band; the".to_owned(),
+        "line across it is the level".to_owned(),
+        format!("rates below {FLOOR} at {FLOOR}"),
+        String::new(),
+        "right: a curve for each part of a".to_owned(),
+        "check, all in the check's colour".to_owned(),
         "solid: claims to be uniform".to_owned(),
         "dashed: may be larger,".to_owned(),
         "so may fall below the band".to_owned(),
+        format!("(not drawn below {})", ENDS.0),
         "grey: 99% band of Kolmogorov".to_owned(),
+        String::new(),
         format!("{} runs, seed {}", calibration.runs, calibration.seed),
-        format!("rates below {FLOOR} at {FLOOR}"),
     ];
-    y += 16;
+    y -= 4;
     for line in lines {
+        y += if line.is_empty() { 10 } else { 18 };
         area.draw(&Text::new(line, (4, y), middle(13)))?;
-        y += 20;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::within;
+
+    #[test]
+    fn curves_end_at_the_axis() {
+        let curve = [(0.0, 0.0), (1.0, -2.0), (2.0, -2.0), (3.0, 0.0), (4.0, 0.5)];
+        let pieces = [vec![(0.0, 0.0), (0.5, -1.0)], vec![(2.5, -1.0), (3.0, 0.0), (4.0, 0.5)]];
+        assert_eq!(within(&curve, (-1.0, 1.0)), pieces);
+        assert_eq!(within(&curve, (-3.0, 1.0)), [curve.to_vec()]);
+    }
 }

@@ -8,6 +8,9 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 const SIZE: (u32, u32) = (1120, 620);
 const LEGEND: u32 = 330;
+/// Of the dotted line: pixels that are drawn and those that are not.
+const DOT: i32 = 2;
+const HOLE: i32 = 5;
 
 /// The plot as the text of an SVG file: the root of the squared error over the CPU time of a picture, both logarithmic, with 95%
 /// intervals over seeds, the fitted powers of the time and their slopes; and the error of the reference, if it has one.
@@ -98,7 +101,12 @@ fn draw<'a>(title: &str, found: &Convergence, text: &'a mut String) -> Result<()
     let guide = (times.0 * times.1).sqrt();
     let height = (errors.0 * errors.1).sqrt();
     let line = [times.0, times.1].map(|t| (t, height * (t / guide).powf(-0.5)));
-    chart.draw_series(DashedLineSeries::new(line, 2, 5, BLACK.mix(0.45).stroke_width(2)))?;
+    chart.draw_series(DashedLineSeries::new(
+        line,
+        DOT as u32,
+        HOLE as u32,
+        BLACK.mix(0.45).stroke_width(2),
+    ))?;
     for (i, (curve, points)) in found.curves.iter().zip(&series).enumerate() {
         let colour = colour(i);
         if let (Some((a, b)), Some(first), Some(last)) = (curve.fit_time, points.first(), points.last()) {
@@ -146,8 +154,9 @@ fn draw<'a>(title: &str, found: &Convergence, text: &'a mut String) -> Result<()
         y += 78;
     }
     y += 8;
-    legend.draw(&PathElement::new([(4, y), (12, y)], BLACK.mix(0.45).stroke_width(2)))?;
-    legend.draw(&PathElement::new([(20, y), (28, y)], BLACK.mix(0.45).stroke_width(2)))?;
+    for x in (4..36).step_by((DOT + HOLE) as usize) {
+        legend.draw(&PathElement::new([(x, y), (x + DOT, y)], BLACK.mix(0.45).stroke_width(2)))?;
+    }
     legend.draw(&Text::new("slope -1/2", (46, y), middle(14)))?;
     for line in [
         format!("{} seeds; bars and ± are 95% intervals", found.seeds),

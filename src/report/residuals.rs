@@ -5,6 +5,9 @@ use crate::verify::{Examination, Report, ResidualMap};
 
 /// Residuals are drawn up to this many standard deviations.
 const SIGMAS: f64 = 5.0;
+/// What is drawn as a chequer.
+const NO_CELL: &str =
+    "Dark chequer: outside of the domain, or expected to have too few samples for a cell of its own.";
 /// Height of a drawn map; its width follows from the domain.
 const HEIGHT: usize = 256;
 
@@ -17,7 +20,7 @@ pub fn residual_sheet(report: &Report, sampler: usize) -> Canvas {
     let unit = format!("density per {}", examination.per);
     Sheet::new(format!("{}: {}", examination.name, report.verdict_on(sampler)))
         .notes(format!(
-            "{} samples, seed {}; averages over {} cells. {}.",
+            "{} samples, seed {}; averages over {} cells. {}. {NO_CELL}",
             examination.samples,
             report.seed,
             examination.cells.len(),
@@ -56,7 +59,9 @@ pub fn overview_sheet(report: &Report) -> Canvas {
         })
         .collect();
     let mut sheet = Sheet::new(format!("residuals of {} samplers: {}", tiles.len(), report.verdict()))
-        .notes("What is left of counts after expected counts are taken off, cell by cell. A right sampler leaves noise.")
+        .notes(format!(
+            "What is left of counts after expected counts are taken off, cell by cell. A right sampler leaves noise. {NO_CELL}"
+        ))
         .legend(Heat::residuals(SIGMAS).legend("(observed - expected) / standard deviation"))
         .tile_width(256);
     for row in tiles.chunks(COLUMNS) {
