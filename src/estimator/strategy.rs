@@ -6,7 +6,6 @@
 //! | brdf | p_brdf, that of the BRDF's lobes |
 //! | light | p_light, of the point of an emitter, or of the environment, that w leads to |
 //! | mis:c | c p_brdf + (1 - c) p_light: one sample, of one of the two with probabilities c and 1 - c |
-//!
 //! | mis:auto | the same with a c for each pixel |
 //! | mis-two, mis-two:power | one of p_brdf and one of p_light, weighted by the balance or the power heuristic |
 //!

@@ -92,7 +92,10 @@ impl Check for JacobianIdentity {
             }
         }
         let answered = errors.len();
-        let skipped = format!("{unsettled} places skipped, where differences don't settle");
+        let skipped = match unsettled {
+            1 => "1 place skipped, where differences don't settle".to_owned(),
+            _ => format!("{unsettled} places skipped, where differences don't settle"),
+        };
         if answered < ENOUGH {
             let detail = format!("only {answered} places answer; {skipped}");
             return vec![Finding::new(self.name(), Evidence::Unanswered, detail)];
