@@ -125,8 +125,8 @@ impl Resolved {
     #[inline]
     pub fn square(&self, at: &[f64; 2]) -> Option<usize> {
         let mut square = 0;
-        for axis in 0..2 {
-            let from = at[axis] - self.low[axis];
+        for (axis, at) in at.iter().enumerate() {
+            let from = at - self.low[axis];
             if !(0.0..=self.size[axis]).contains(&from) {
                 return None;
             }

@@ -203,7 +203,7 @@ fn few_samples_are_no_evidence() {
 #[test]
 fn rough_maps_are_not_called_wrong() {
     let stars = normals(64 * 64);
-    let checkered = |texel: usize| if (texel % 64 + texel / 64) % 2 == 0 { 1.0 } else { 1e-3 };
+    let checkered = |texel: usize| if (texel % 64 + texel / 64).is_multiple_of(2) { 1.0 } else { 1e-3 };
     for count in [20_000, 60_000, 300_000] {
         for (name, report) in [
             ("checkered", map(64, (count, 5), checkered)),
