@@ -215,7 +215,7 @@ fn kolmogorov_of_huge_samples_is_the_limiting_distribution() {
             .map(|k| f64::from(1 - 2 * ((k + 1) % 2)) * (-2.0 * (f64::from(k) * z).powi(2)).exp())
             .sum::<f64>()
     };
-    for z in [0.6, 1.0, 1.5, 2.5] {
+    for z in [0.6, 1.0, 1.5, 1.97, 2.5] {
         let got = kolmogorov::sf(z * 1e-8, 10_000_000_000_000_000).unwrap();
         assert!((got / limit(z) - 1.0).abs() < 1e-6, "{got} {}", limit(z));
     }
@@ -244,6 +244,33 @@ fn two_sample_tail_counts_the_paths() {
         let truth = f64::from(hits.range(distance..).map(|(_, count)| count).sum::<i32>()) / 792.0;
         let got = kolmogorov::two_sample_sf(distance as f64 / 35.0, 5, 7).unwrap();
         assert!((got / truth - 1.0).abs() < 1e-13, "{distance}: {got} {truth}");
+    }
+}
+
+#[test]
+fn two_samples_of_one_size_have_a_closed_form() {
+    // P(D >= k/n) = 2 sum_j (-1)^(j-1) C(2n, n - j k) / C(2n, n) (Gnedenko and Korolyuk 1951). At 15 000 a lattice that is
+    // walked in full would be too large.
+    for (n, k) in [(6_u64, 4_u64), (100, 20), (15_000, 150), (15_000, 300)] {
+        let ratio =
+            |shift: u64| (1..=shift).map(|i| (n - shift + i) as f64 / (n + i) as f64).product::<f64>();
+        let signed = (1..=n / k).map(|j| ratio(j * k) * if j % 2 == 1 { 2.0 } else { -2.0 });
+        let (got, truth) =
+            (kolmogorov::two_sample_sf(k as f64 / n as f64, n, n).unwrap(), signed.sum::<f64>());
+        assert!((got / truth - 1.0).abs() < 1e-10, "{got} {truth} at {n} {k}");
+    }
+}
+
+#[test]
+fn two_huge_samples_are_one_of_their_harmonic_size() {
+    // m n / (m + n) = 1 200 000.
+    for z in [0.7, 1.0, 1.7] {
+        let d = z / 1_200_000_f64.sqrt();
+        let truth = kolmogorov::sf(d, 1_200_000).unwrap();
+        for (m, n) in [(2_000_000, 3_000_000), (3_000_000, 2_000_000)] {
+            let got = kolmogorov::two_sample_sf(d, m, n).unwrap();
+            assert!((got / truth - 1.0).abs() < 1e-6, "{got} {truth} at {z}");
+        }
     }
 }
 
@@ -306,6 +333,28 @@ fn anderson_darling_of_small_samples_matches_a_simulation() {
 }
 
 #[test]
+fn anderson_darling_correction_is_the_published_one() {
+    // `errfix` of Marsaglia and Marsaglia (2004), written out by powers in mpmath, on the limits of the table: 0.2 is in
+    // its first range, 0.5 and 1 in the second, the others in the third, of which the last two keep the size at 1e-3.
+    let mut worst = Worst::default();
+    for (z, sizes) in [
+        (0.2, [0.99779485143340407, 0.99099436691988278, 0.99046249730366406]),
+        (0.5, [0.73259154219532251, 0.74263063353525594, 0.74578179868270586]),
+        (1.0, [0.3489401384045256, 0.35504383533729147, 0.35673179042988548]),
+        (2.5, [0.053631440412633143, 0.050768226187077101, 0.049847907328862659]),
+        (4.0, [0.010132709891832404, 0.009142543807289022, 0.0088242761372572207]),
+        (10.0, [1.8720348726810253e-5, 1.5286629405523181e-5, 1.4182933909395193e-5]),
+        (20.0, [6.0504872989829325e-10, 4.940696266513225e-10, 4.5839777203622476e-10]),
+    ] {
+        for (n, truth) in [3, 10, 40].into_iter().zip(sizes) {
+            worst.relative(anderson_darling::sf(z, n).unwrap(), truth, (z, n));
+        }
+    }
+    worst.below(1e-10);
+    assert!(anderson_darling::sf(1.0, 0).is_err());
+}
+
+#[test]
 fn welch_matches_a_worked_example() {
     // t and p by SciPy 1.17 (ttest_ind, equal_var=False).
     let a: Moments =
@@ -354,6 +403,124 @@ fn chi_square_statistic_and_its_errors() {
 }
 
 #[test]
+fn beta_has_closed_forms() {
+    let mut worst = Worst::default();
+    for x in [0.01_f64, 0.3, 0.5, 0.77] {
+        for a in [0.2, 1.0, 3.5, 40.0] {
+            worst.relative(beta::lower(a, 1.0, x).unwrap(), x.powf(a), (a, x));
+            worst.relative(beta::lower(1.0, a, x).unwrap(), 1.0 - (1.0 - x).powf(a), (a, x));
+        }
+        worst.relative(beta::lower(2.0, 2.0, x).unwrap(), x * x * (3.0 - 2.0 * x), x);
+        worst.relative(beta::lower(0.5, 0.5, x).unwrap(), x.sqrt().asin() / std::f64::consts::FRAC_PI_2, x);
+    }
+    worst.below(1e-13);
+    assert_eq!((beta::lower(2.0, 3.0, 0.0), beta::lower(2.0, 3.0, 1.0)), (Ok(0.0), Ok(1.0)));
+    for bad in [0.0, -1.0, f64::INFINITY, f64::NAN] {
+        assert!(beta::lower(bad, 1.0, 0.5).is_err() && beta::lower(1.0, bad, 0.5).is_err(), "{bad}");
+    }
+    assert!(beta::lower(1.0, 1.0, 1.5).is_err());
+}
+
+#[test]
+fn binomial_of_few_trials_is_counted_by_hand() {
+    use binomial::{ln_lower_tail, pmf};
+    let near = |got: Result<f64, Error>, truth: f64| assert!((got.unwrap() - truth).abs() < 1e-13, "{truth}");
+    near(pmf(4, 4, 0.5), 1.0 / 16.0);
+    assert_eq!(pmf(5, 4, 0.5), Ok(0.0));
+    // Trials that always hit or always miss.
+    assert_eq!([0, 1, 3].map(|k| pmf(k, 3, 0.0)), [Ok(1.0), Ok(0.0), Ok(0.0)]);
+    assert_eq!([0, 1, 3].map(|k| pmf(k, 3, 1.0)), [Ok(0.0), Ok(0.0), Ok(1.0)]);
+    near(ln_lower_tail(0, 1000, 0.9), 1000.0 * f64::ln(1.0 - 0.9));
+    near(ln_lower_tail(1, 3, 0.25), f64::ln(27.0 / 32.0));
+    assert_eq!(ln_lower_tail(3, 3, 0.25), Ok(0.0));
+    let interval = binomial::Interval { lower: 0.25, upper: 0.5 };
+    assert_eq!([0.2, 0.25, 0.3, 0.5, 0.6].map(|x| interval.contains(x)), [false, true, true, true, false]);
+}
+
+#[test]
+fn chi_square_counts_by_hand() {
+    // Totals may differ by a tenth of a standard deviation: a cell counts with its own difference.
+    assert!((chi_square::statistic(&[101, 100], &[100.0; 2]).unwrap().statistic - 0.01).abs() < 1e-15);
+    assert!(chi_square::statistic(&[500, 500], &[500.0, 497.0]).is_ok());
+    assert!(chi_square::statistic(&[500, 500], &[500.0, 496.0]).is_err());
+    assert_eq!(chi_square::statistic(&[49, 50, 1], &[50.0, 50.0, 0.0]).unwrap().statistic, f64::INFINITY);
+    // Williams: q = 1 + (sum 1/q_i - 1) / (6 N (cells - 1)).
+    let (observed, expected) = ([10, 20, 30, 0], [12.0, 18.0, 30.0, 0.0]);
+    let g = 2.0 * (10.0 * f64::ln(10.0 / 12.0) + 20.0 * f64::ln(20.0 / 18.0));
+    let q = 1.0 + (5.0 + 10.0 / 3.0 + 2.0 - 1.0) / (6.0 * 60.0 * 2.0);
+    let found = chi_square::williams_g_statistic(&observed, &expected).unwrap();
+    assert!((found.statistic - g / q).abs() < 1e-13 && found.df == 2.0, "{found:?}");
+}
+
+#[test]
+fn independence_of_a_table_by_hand() {
+    // Four cells: n (a d - b c)^2 / (product of the margins); empty rows and columns are none.
+    let truth = 100.0 * (10.0 * 40.0 - 20.0 * 30.0_f64).powi(2) / (30.0 * 70.0 * 40.0 * 60.0);
+    let found = chi_square::independence(&[10, 0, 20, 0, 0, 0, 30, 0, 40], 3).unwrap();
+    assert!((found.statistic - truth).abs() < 1e-13 && found.df == 1.0, "{found:?}");
+    // X^2 = n (sum O^2 / (row column) - 1).
+    let table = [[12_u64, 7, 3, 9], [5, 11, 6, 2], [8, 4, 13, 10]];
+    let row = |r: usize| table[r].iter().sum::<u64>() as f64;
+    let column = |c: usize| table.iter().map(|row| row[c]).sum::<u64>() as f64;
+    let n = (0..3).map(row).sum::<f64>();
+    let cells = (0..3).flat_map(|r| (0..4).map(move |c| (r, c)));
+    let sum: f64 = cells.map(|(r, c)| (table[r][c] as f64).powi(2) / (row(r) * column(c))).sum();
+    let found = chi_square::independence(table.as_flattened(), 4).unwrap();
+    assert!((found.statistic - n * (sum - 1.0)).abs() < 1e-12 && found.df == 6.0, "{found:?}");
+    for (counts, columns) in [(&[1, 2, 3, 4][..], 0), (&[1, 2, 3, 4, 5], 2), (&[1, 2, 3, 4], 3)] {
+        let error = chi_square::independence(counts, columns).unwrap_err();
+        assert!(matches!(error, Error::Argument { name: "columns", .. }), "{error}");
+    }
+    for counts in [[1, 2, 0, 0], [1, 0, 2, 0]] {
+        assert!(matches!(chi_square::independence(&counts, 2), Err(Error::TooFew { len: 1, .. })));
+    }
+}
+
+#[test]
+fn gamma_has_closed_forms() {
+    let mut worst = Worst::default();
+    for x in [1e-9_f64, 0.3, 1.0, 2.5, 30.0] {
+        worst.relative(gamma::lower(1.0, x).unwrap(), -(-x).exp_m1(), x);
+        worst.relative(gamma::upper(1.0, x).unwrap(), (-x).exp(), x);
+        worst.relative(gamma::upper(3.0, x).unwrap(), (1.0 + x + 0.5 * x * x) * (-x).exp(), x);
+    }
+    worst.below(1e-13);
+    for bad in [0.0, -1.0, f64::INFINITY, f64::NAN] {
+        assert!(gamma::lower(bad, 1.0).is_err() && gamma::upper(bad, 1.0).is_err(), "{bad}");
+    }
+    for bad in [-1.0, f64::NAN] {
+        assert!(gamma::lower(1.0, bad).is_err() && gamma::upper(1.0, bad).is_err(), "{bad}");
+    }
+}
+
+#[test]
+fn what_is_not_sorted_is_refused_by_name() {
+    let refused = |values: &[f64], at: usize| {
+        for error in
+            [kolmogorov::one_sample(values).unwrap_err(), anderson_darling::one_sample(values).unwrap_err()]
+        {
+            assert!(matches!(error, Error::Element { index, .. } if index == at), "{error} of {values:?}");
+        }
+    };
+    refused(&[-0.1, 0.5], 0);
+    refused(&[0.1, 0.5, 1.5], 2);
+    refused(&[0.1, f64::NAN, 0.5], 1);
+    refused(&[0.1, 0.5, 0.7, 0.6], 3);
+    assert!(kolmogorov::two_sample(&[-7.0, 0.0], &[1.5, 3.0]).is_ok());
+    for bad in [&[2.0, 1.0][..], &[f64::NAN, 1.0], &[]] {
+        assert!(kolmogorov::two_sample(bad, &[1.0]).is_err() && kolmogorov::two_sample(&[1.0], bad).is_err());
+    }
+    assert!(kolmogorov::sf(0.5, 0).is_err());
+    assert!(kolmogorov::two_sample_sf(0.5, 0, 3).is_err() && kolmogorov::two_sample_sf(0.5, 3, 0).is_err());
+    // The distance is found on either side of a step.
+    for (values, distance) in [([0.3, 0.95], 0.45), ([0.05, 0.7], 0.45), ([0.5, 0.6], 0.5), ([0.1, 0.2], 0.8)]
+    {
+        let found = kolmogorov::one_sample(&values).unwrap().statistic;
+        assert!((found - distance).abs() < 1e-15, "{found} of {values:?}");
+    }
+}
+
+#[test]
 fn chi_square_at_the_ends() {
     assert_eq!(chi_square::sf(0.0, 0.0), Ok(1.0));
     assert_eq!(chi_square::sf(1e-9, 0.0), Ok(0.0));
@@ -363,6 +530,18 @@ fn chi_square_at_the_ends() {
     assert_eq!(chi_square::sf(-1.0, 3.0), Ok(1.0));
     assert_eq!(chi_square::isf(0.0, 3.0), Ok(f64::INFINITY));
     assert_eq!(chi_square::isf(1.0, 3.0), Ok(0.0));
+    assert_eq!(chi_square::cdf(0.0, 3.0), Ok(0.0));
+    // Two degrees of freedom: ln p = -x / 2, where p itself is 1.
+    assert!((chi_square::ln_sf(1e-20, 2.0).unwrap() / -5e-21 - 1.0).abs() < 1e-12);
+    for df in [0.0, -1.0, f64::INFINITY] {
+        assert!(chi_square::isf(0.5, df).is_err(), "{df}");
+    }
+    for end in [0.0, 1.0, -0.5, 1.5] {
+        assert!(binomial::clopper_pearson(3, 7, end).is_err(), "{end}");
+        assert!(chi_square::noncentrality_for_power(end, 3.0, 0.9).is_err(), "{end}");
+        assert!(chi_square::noncentrality_for_power(0.1, 3.0, end).is_err(), "{end}");
+        assert!(chi_square::detectable_relative_error(1.0, 10, end).is_err(), "{end}");
+    }
     assert!(chi_square::sf(f64::NAN, 3.0).is_err());
     assert!(chi_square::sf(1.0, f64::INFINITY).is_err());
     assert!(chi_square::sf(1.0, f64::NAN).is_err());

@@ -172,6 +172,32 @@ fn errors_cost_little_where_counts_agree_and_excuse_what_lies_within_them() {
 }
 
 #[test]
+fn one_sample_has_a_closed_form() {
+    // e_k = c/q for any k, with q = p over their sum and c the centre, where the error of an empty cell has its share.
+    let (p, truth) = ([0.51, 0.51, 0.0], f64::ln(1.02 / 1.04));
+    let mut test = once(&p, &[0.0, 0.0, 0.02], &[1, 0, 0]);
+    assert!((test.ln_e() - truth).abs() < 1e-12, "{test:?}");
+    // Within the errors the first may be anything from q to p, and the second is at least q: no more than q is left.
+    assert!((test.ln_e_conservative() - truth).abs() < 1e-10, "{test:?}");
+    assert_eq!((test.largest(), test.anytime_p()), ((0.0, 0.0), (1.0, 1.0)));
+    test.observe(&[299, 100, 0]).unwrap();
+    let largest = (test.ln_e(), test.ln_e_conservative());
+    assert!(largest.0 > 40.0 && largest.1 > 40.0);
+    test.observe(&[0, 200, 0]).unwrap();
+    assert!(test.ln_e() < 0.0 && test.largest() == largest);
+    assert_eq!(test.anytime_p(), (f64::exp(-largest.0), f64::exp(-largest.1)));
+    // Without errors there is nothing to be conservative about.
+    let exact = once(&[0.25, 0.75], &[0.0; 2], &[2_500_000_000, 7_500_000_000]);
+    assert_eq!(exact.ln_e(), exact.ln_e_conservative());
+    // A cell that can have no samples refutes by one, and excuses nothing as long as it has none.
+    let (p, errors) = ([0.5, 0.5, 0.0], [0.1, 0.1, 0.0]);
+    let hit = once(&p, &errors, &[10, 10, 1]);
+    assert_eq!((hit.ln_e(), hit.ln_e_conservative()), (f64::INFINITY, f64::INFINITY));
+    let excused = once(&p, &errors, &[600, 400, 0]);
+    assert!(excused.ln_e() > 10.0 && excused.ln_e_conservative() <= 0.0, "{excused:?}");
+}
+
+#[test]
 fn order_of_batches_is_irrelevant() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let (p, errors) = ([0.4, 0.35, 0.25], [1e-3; 3]);

@@ -44,6 +44,32 @@ fn many_small_groups_are_the_values_themselves() {
     assert!((grouped / a2 - 1.0).abs() < 0.01, "{grouped} {a2}");
 }
 
+#[test]
+fn two_groups_have_a_closed_form_however_light_one_is() {
+    // h rises to e = k/n - m over a mass m, and falls over the rest: the integrals of x / (1 - x) and (1 - x) / x leave
+    // A^2 = n e^2 [(-ln(1 - m) - m) / m^2 + (-ln m - (1 - m)) / (1 - m)^2], where the first term tends to 1/2.
+    for m in [1e-250_f64, 1e-100, 1e-20, 1e-17] {
+        let e = 0.01 - m;
+        let truth = 100.0 * e * e * (0.5 - m.ln() - 1.0);
+        for (counts, masses) in [([1, 99], [m, 1.0 - m]), ([99, 1], [1.0 - m, m])] {
+            let found = anderson_darling::grouped(&counts, &masses, 0.0).unwrap().statistic;
+            assert!((found / truth - 1.0).abs() < 1e-12, "{found}, but {truth} at {m}");
+        }
+    }
+}
+
+#[test]
+fn masses_are_divided_by_their_sum() {
+    // Each half has half of the mass, and a border may be off by the error and by what the sum is off.
+    let figure = kolmogorov::grouped(&[60, 40], &[0.51, 0.51], 0.025).unwrap();
+    assert!((figure.statistic - 0.1).abs() < 1e-15, "{figure:?}");
+    assert!((figure.p - kolmogorov::sf(0.1, 100).unwrap()).abs() < 1e-12, "{figure:?}");
+    assert!((figure.p_conservative - kolmogorov::sf(0.055, 100).unwrap()).abs() < 1e-12, "{figure:?}");
+    // Two halves: A^2 = n h^2 (8 ln 2 - 4).
+    let found = anderson_darling::grouped(&[60, 40], &[0.51, 0.51], 0.025).unwrap().statistic;
+    assert!((found - (8.0 * f64::ln(2.0) - 4.0)).abs() < 1e-13, "{found}");
+}
+
 /// How many of `p` are at most `level`, as standard deviations above what is expected of uniform ones.
 fn surplus(p: &[f64], level: f64) -> f64 {
     let (n, hits) = (p.len() as f64, p.iter().filter(|p| **p <= level).count() as f64);
