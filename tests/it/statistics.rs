@@ -132,6 +132,31 @@ fn noncentral_chi_square_is_continuous_where_the_normal_form_takes_over() {
 }
 
 #[test]
+fn noncentral_chi_square_of_huge_parameters_is_normal_but_for_its_skewness() {
+    // Edgeworth's first term; the next is of order 1e-12. Cumulants 2 (df + 2 lambda) and 8 (df + 3 lambda).
+    for (df, lambda) in [(2e12_f64, 0.0_f64), (1.0, 2e12), (1e12, 3e12), (5e12, 1e12)] {
+        let (mean, sd) = (df + lambda, (2.0 * (df + 2.0 * lambda)).sqrt());
+        let skewness = 8.0 * (df + 3.0 * lambda) / sd.powi(3);
+        for z in [-3.0, -1.0, 0.0, 1.0, 3.0] {
+            let x = mean + z * sd;
+            let z = (x - mean) / sd;
+            let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
+            let truth = normal::sf(z) + skewness / 6.0 * (z * z - 1.0) * density;
+            let got = chi_square::noncentral_sf(x, df, lambda).unwrap();
+            assert!((got - truth).abs() < 1e-9, "{got} {truth} at {df} {lambda} {z}");
+            let lower = chi_square::noncentral_cdf(x, df, lambda).unwrap();
+            assert!((got + lower - 1.0).abs() < 1e-12, "{got} {lower} at {df} {lambda} {z}");
+        }
+    }
+    for bad in [-1.0, f64::INFINITY, f64::NAN] {
+        assert!(chi_square::noncentral_sf(1.0, bad, 1.0).is_err(), "{bad}");
+        assert!(chi_square::noncentral_sf(1.0, 1.0, bad).is_err(), "{bad}");
+    }
+    assert!(chi_square::noncentral_sf(1.0, 0.0, 1.0).is_err());
+    assert!(chi_square::noncentral_sf(f64::NAN, 1.0, 1.0).is_err());
+}
+
+#[test]
 fn power_is_what_the_noncentrality_was_asked_for() {
     for df in [1.0, 9.0, 1000.0, 1e6] {
         for (alpha, power) in [(0.05, 0.5), (1e-4, 0.99), (1e-9, 0.999), (0.01, 0.011)] {
@@ -521,6 +546,98 @@ fn what_is_not_sorted_is_refused_by_name() {
 }
 
 #[test]
+fn many_tests_by_hand() {
+    assert_eq!(multiplicity::sidak(0.5, 2), Ok(0.75));
+    assert_eq!((multiplicity::sidak(0.5, 0), multiplicity::sidak(0.0, 7)), (Ok(0.0), Ok(0.0)));
+    assert!(multiplicity::sidak(1.5, 2).is_err());
+    assert_eq!(multiplicity::holm(&[0.01, 0.5, 0.25, 0.375]), Ok(vec![0.04, 0.75, 0.75, 0.75]));
+    assert!(matches!(multiplicity::holm(&[0.5, 1.5]), Err(Error::Element { index: 1, .. })));
+    let mut family = multiplicity::Family::new();
+    assert!(family.is_empty() && family.len() == 0 && family.smallest() == 1.0);
+    family.push("first", 0.75).unwrap();
+    family.push("second", 0.125).unwrap();
+    assert!(family.push("third", -0.1).is_err());
+    assert!(!family.is_empty() && family.len() == 2 && family.smallest() == 0.25);
+    let members: Vec<_> =
+        family.adjusted().map(|test| (test.name.to_owned(), test.p, test.adjusted)).collect();
+    assert_eq!(members, [("first".to_owned(), 0.75, 0.75), ("second".to_owned(), 0.125, 0.25)]);
+}
+
+#[test]
+fn poisson_of_small_counts_by_hand() {
+    use poisson::{ln_lower_tail, ln_upper_tail, lower_tail, pmf, two_sided, upper_tail};
+    let near =
+        |got: Result<f64, Error>, truth: f64| assert!((got.unwrap() / truth - 1.0).abs() < 1e-12, "{truth}");
+    for mean in [1e-9_f64, 0.3, 2.0, 30.0] {
+        near(pmf(0, mean), (-mean).exp());
+        near(pmf(2, mean), 0.5 * mean * mean * (-mean).exp());
+        near(lower_tail(1, mean), (1.0 + mean) * (-mean).exp());
+        near(upper_tail(1, mean), -(-mean).exp_m1());
+        near(ln_lower_tail(0, mean), -mean);
+        near(ln_upper_tail(1, mean), (-(-mean).exp_m1()).ln());
+    }
+    near(two_sided(0, 3.0), 2.0 * f64::exp(-3.0));
+    near(two_sided(3, 3.0), 1.0);
+    near(two_sided(3, 0.01), 2.0 * upper_tail(3, 0.01).unwrap());
+    assert_eq!((pmf(0, 0.0), pmf(1, 0.0), upper_tail(0, 0.0)), (Ok(1.0), Ok(0.0), Ok(1.0)));
+    assert_eq!((upper_tail(1, 0.0), lower_tail(0, 0.0), ln_upper_tail(0, 2.0)), (Ok(0.0), Ok(1.0), Ok(0.0)));
+    for bad in [-1.0, f64::INFINITY, f64::NAN] {
+        assert!(pmf(1, bad).is_err() && upper_tail(0, bad).is_err() && lower_tail(0, bad).is_err(), "{bad}");
+    }
+}
+
+#[test]
+fn inverse_tails_have_closed_forms() {
+    let (mut one, mut two, mut normal) = (Worst::default(), Worst::default(), Worst::default());
+    for p in [1e-9_f64, 0.01, 0.3, 0.7, 0.99] {
+        // Cauchy's distribution, and two degrees of freedom.
+        one.relative(student_t::isf(p, 1.0).unwrap(), 1.0 / (std::f64::consts::PI * p).tan(), p);
+        two.relative(student_t::isf(p, 2.0).unwrap(), (1.0 - 2.0 * p) / (2.0 * p * (1.0 - p)).sqrt(), p);
+        normal.relative(normal::isf(p).unwrap(), student_t::isf(p, 1e16).unwrap(), p);
+    }
+    one.below(1e-10);
+    two.below(1e-10);
+    normal.below(1e-12);
+    let ends = (Ok(f64::INFINITY), Ok(0.0), Ok(f64::NEG_INFINITY));
+    assert_eq!((student_t::isf(0.0, 3.0), student_t::isf(0.5, 3.0), student_t::isf(1.0, 3.0)), ends);
+    assert_eq!((normal::isf(0.0), normal::isf(0.5), normal::isf(1.0)), ends);
+    assert!((normal::isf(0.975).unwrap() + 1.959963984540054).abs() < 1e-12);
+    for bad in [-0.1, 1.5, f64::NAN] {
+        assert!(student_t::isf(bad, 3.0).is_err() && normal::isf(bad).is_err(), "{bad}");
+    }
+    for bad in [0.0, -1.0, f64::NAN] {
+        assert!(student_t::isf(0.1, bad).is_err() && student_t::sf(0.1, bad).is_err(), "{bad}");
+    }
+    assert!(student_t::sf(f64::NAN, 3.0).is_err());
+}
+
+#[test]
+fn welch_by_hand_and_what_it_refuses() {
+    let a = Summary { mean: 20.0, variance: 4.0, count: 10 };
+    let b = Summary { mean: 22.0, variance: 9.0, count: 12 };
+    let (t, df) = (-2.0 / 1.15_f64.sqrt(), 1.15 * 1.15 / (0.16 / 9.0 + 0.5625 / 11.0));
+    let found = welch_t_test(a, b).unwrap();
+    assert!((found.t - t).abs() < 1e-14 && (found.df - df).abs() < 1e-12, "{found:?}");
+    // By SciPy: ttest_ind_from_stats.
+    assert!((found.p - 0.0775464387).abs() < 1e-9, "{found:?}");
+    let still = |mean: f64, count: u64| Summary { mean, variance: 0.0, count };
+    let found = welch_t_test(still(1.0, 5), still(2.0, 8)).unwrap();
+    assert_eq!((found.t, found.df, found.p), (f64::NEG_INFINITY, 11.0, 0.0));
+    let found = welch_t_test(still(1.0, 5), still(1.0, 8)).unwrap();
+    assert_eq!((found.t, found.df, found.p), (0.0, 11.0, 1.0));
+    assert!(welch_t_test(Summary { count: 2, ..a }, b).is_ok());
+    for bad in [
+        Summary { count: 1, ..a },
+        Summary { mean: f64::INFINITY, ..a },
+        Summary { variance: -1.0, ..a },
+        Summary { variance: f64::INFINITY, ..a },
+        Summary { variance: f64::NAN, ..a },
+    ] {
+        assert!(welch_t_test(bad, b).is_err() && welch_t_test(b, bad).is_err(), "{bad:?}");
+    }
+}
+
+#[test]
 fn chi_square_at_the_ends() {
     assert_eq!(chi_square::sf(0.0, 0.0), Ok(1.0));
     assert_eq!(chi_square::sf(1e-9, 0.0), Ok(0.0));
@@ -607,6 +724,10 @@ fn compensated_sum_keeps_what_a_plain_sum_loses() {
     let mut merged = CompensatedSum::new();
     parts.iter().for_each(|part| merged.merge(part));
     assert!((merged.value() - sum.value()).abs() < 1e-14);
+    let half = |terms: [f64; 2]| terms.into_iter().collect::<CompensatedSum>();
+    let mut both = half([1.0, 1e100]);
+    both.merge(&half([1.0, -1e100]));
+    assert_eq!(both.value(), 2.0);
     let infinite: CompensatedSum = [1.0, f64::INFINITY, 2.0].into_iter().collect();
     assert_eq!(infinite.value(), f64::INFINITY);
 }

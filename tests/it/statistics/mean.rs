@@ -89,6 +89,49 @@ fn one_percent_is_caught_in_a_million_values() {
 }
 
 #[test]
+fn the_test_of_a_mean_is_the_documented_one() {
+    // 10 + 0, 1, 4, ..., 81, a hundred times, and the same the other way round; z, p by the formulas of the module in
+    // mpmath, from exact sums.
+    let (skewness, z) = (0.021300156973138566, [2.9426598395937891, -11.182107390456398]);
+    let near = |got: f64, truth: f64| assert!((got / truth - 1.0).abs() < 1e-9, "{got} {truth}");
+    for sign in [1.0, -1.0] {
+        let of = |x: f64| if sign > 0.0 { x } else { 100.0 - x };
+        let moments: Moments = (0..1000).map(|i| of(10.0 + f64::from(i % 10).powi(2))).collect();
+        let test = moments.mean_test(of(36.0), 0.5).unwrap();
+        near(test.z, sign * z[0]);
+        near(test.skewness, sign * skewness);
+        near(test.p, 0.0058286224013514725);
+        near(test.p_conservative, 0.028412637576037762);
+        assert_eq!(test.trust, Trust::Trusted);
+        // Beyond the last point where the expansion is believed, p is that of this point.
+        let test = moments.mean_test(of(48.0), 0.0).unwrap();
+        near(test.z, sign * z[1]);
+        near(test.p, 5.3331048286991136e-7);
+        assert_eq!((test.p_conservative, test.trust), (test.p, Trust::Bounded));
+    }
+}
+
+#[test]
+fn the_mean_of_equal_values() {
+    let ones = |n: u64| (0..n).map(|_| 1.0).collect::<Moments>();
+    // sqrt(n) + 8 units in the last place are rounding.
+    let test = |expected: f64, error: f64| ones(10_000).mean_test(expected, error).unwrap();
+    assert_eq!(test(1.0 + 100.0 * f64::EPSILON, 0.0).p, 1.0);
+    assert_eq!(test(1.0 + 120.0 * f64::EPSILON, 0.0).p, 0.0);
+    assert_eq!(
+        (test(1.0, 0.0).z, test(2.0, 0.0).z, test(0.5, 0.0).z),
+        (0.0, f64::NEG_INFINITY, f64::INFINITY)
+    );
+    let excused = test(1.1, 0.15);
+    assert_eq!((excused.p, excused.p_conservative, excused.trust), (0.0, 1.0, Trust::Trusted));
+    let trust = |n: u64| ones(n).mean_test(1.0, 0.0).unwrap().trust;
+    assert_eq!((trust(999), trust(1000)), (Trust::TooFew, Trust::Trusted));
+    let few: Moments = [4.0, 7.0, 13.0, 16.0].into_iter().collect();
+    assert_eq!(few.standard_error(), Some(7.5_f64.sqrt()));
+    assert_eq!((ones(1).variance(), ones(1).standard_error()), (None, None));
+}
+
+#[test]
 fn what_a_sample_cannot_tell() {
     let few: Moments = (0..999).map(f64::from).collect();
     assert_eq!(few.mean_test(0.0, 0.0).unwrap().trust, Trust::TooFew);
