@@ -153,6 +153,12 @@ fn noncentral_chi_square_of_huge_parameters_is_normal_but_for_its_skewness() {
         assert!(chi_square::noncentral_sf(1.0, 1.0, bad).is_err(), "{bad}");
     }
     assert!(chi_square::noncentral_sf(1.0, 0.0, 1.0).is_err());
+    // r = sqrt(lambda (1 - mass) / (N mass)).
+    assert!((chi_square::detectable_relative_error(4.0, 100, 0.2).unwrap() - 0.4).abs() < 1e-15);
+    assert_eq!(chi_square::detectable_relative_error(0.0, 100, 0.2), Ok(0.0));
+    for (lambda, samples) in [(-1.0, 100), (f64::INFINITY, 100), (f64::NAN, 100), (4.0, 0)] {
+        assert!(chi_square::detectable_relative_error(lambda, samples, 0.2).is_err(), "{lambda} {samples}");
+    }
     assert!(chi_square::noncentral_sf(f64::NAN, 1.0, 1.0).is_err());
 }
 
