@@ -319,14 +319,12 @@ fn two_sample_tail(distance: i128, m: i128, n: i128) -> f64 {
         let size = m as f64 * (n as f64 / (m as f64 + n as f64));
         return sf(d, size.round() as u64).unwrap_or(f64::NAN);
     }
-    // outside[j]: probability that a random path to (i, j) has left the band; 1 wherever (i, j) is outside itself.
+    // outside[j]: probability that a random path to (i, j) has left the band; 1 above it. What is below it, no later row
+    // reads.
     let mut outside = vec![1.0; n as usize + 1];
     for i in 0..=m {
         let low = ((i * n - distance).div_euclid(m) + 1).max(0);
         let high = (i * n + distance - 1).div_euclid(m).min(n);
-        if low > 0 && low <= n + 1 {
-            outside[low as usize - 1] = 1.0;
-        }
         let mut left = 1.0;
         for j in low..=high {
             let cell = &mut outside[j as usize];
