@@ -461,6 +461,8 @@ fn binomial_of_few_trials_is_counted_by_hand() {
     // Trials that always hit or always miss.
     assert_eq!([0, 1, 3].map(|k| pmf(k, 3, 0.0)), [Ok(1.0), Ok(0.0), Ok(0.0)]);
     assert_eq!([0, 1, 3].map(|k| pmf(k, 3, 1.0)), [Ok(0.0), Ok(0.0), Ok(1.0)]);
+    // ln(1 - p) has the digits of p.
+    near(pmf(0, 1_000_000_000_000, 1e-12), f64::exp(-1.0));
     near(ln_lower_tail(0, 1000, 0.9), 1000.0 * f64::ln(1.0 - 0.9));
     near(ln_lower_tail(1, 3, 0.25), f64::ln(27.0 / 32.0));
     assert_eq!(ln_lower_tail(3, 3, 0.25), Ok(0.0));
@@ -583,6 +585,8 @@ fn poisson_of_small_counts_by_hand() {
         let truth = if mean < 1.0 { (-(-mean).exp_m1()).ln() } else { (-(-mean).exp()).ln_1p() };
         near(ln_upper_tail(1, mean), truth);
     }
+    // Here the quotient of count and mean overflows.
+    near(ln_upper_tail(1, 1e-310), f64::ln(1e-310));
     near(two_sided(0, 3.0), 2.0 * f64::exp(-3.0));
     near(two_sided(3, 3.0), 1.0);
     near(two_sided(3, 0.01), 2.0 * upper_tail(3, 0.01).unwrap());
@@ -735,6 +739,7 @@ fn compensated_sum_keeps_what_a_plain_sum_loses() {
     let mut both = half([1.0, 1e100]);
     both.merge(&half([1.0, -1e100]));
     assert_eq!(both.value(), 2.0);
+    assert_eq!([1.0, 1e100, 1.0, -1e100].into_iter().sum::<CompensatedSum>().value(), 2.0);
     let infinite: CompensatedSum = [1.0, f64::INFINITY, 2.0].into_iter().collect();
     assert_eq!(infinite.value(), f64::INFINITY);
 }
