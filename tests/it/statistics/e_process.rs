@@ -186,6 +186,11 @@ fn one_sample_has_a_closed_form() {
     test.observe(&[0, 200, 0]).unwrap();
     assert!(test.ln_e() < 0.0 && test.largest() == largest);
     assert_eq!(test.anytime_p(), (f64::exp(-largest.0), f64::exp(-largest.1)));
+    // The first, whose share of the sum is 1/3, can't be less; the third leaves the second all that its error allows.
+    let test = once(&[0.34; 3], &[0.0, 0.05, 0.05], &[0, 1, 0]);
+    assert!(test.ln_e().abs() < 1e-14, "{test:?}");
+    let truth = f64::ln(1.0 / 3.0) - f64::ln(2.0 / 3.0 - 0.29);
+    assert!((test.ln_e_conservative() - truth).abs() < 1e-10, "{test:?}");
     // Without errors there is nothing to be conservative about.
     let exact = once(&[0.25, 0.75], &[0.0; 2], &[2_500_000_000, 7_500_000_000]);
     assert_eq!(exact.ln_e(), exact.ln_e_conservative());
