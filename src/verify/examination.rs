@@ -112,11 +112,12 @@ impl Examination {
     }
 
     /// The probability with which a relative error of the density over `mass` of it, in one piece, would have been caught at level `alpha`; `None` in a run that
-    /// stops as soon as it knows, and where nothing was counted.
+    /// stops as soon as it knows, and where nothing was counted, or not against expected counts.
     pub fn power_against(&self, alpha: f64, mass: f64, error: f64) -> Option<f64> {
-        match self.anytime {
-            true => None,
-            false => power::probability(self.axes, &self.scales, self.worth(), alpha, mass, error),
+        match self.against {
+            Against::OwnDensities => None,
+            _ if self.anytime => None,
+            _ => power::probability(self.axes, &self.scales, self.worth(), alpha, mass, error),
         }
     }
 

@@ -5,7 +5,7 @@ use super::figure::{Figure, index_uri};
 use super::line_plot::{Series, plot};
 use super::page::{Block, Cell, Column, Failure, Page, Row, Section, Table, id};
 use crate::picture::{Field, Heat};
-use crate::verify::{Conclusion, Evidence, Examination, Report, Verdict, checks, p_value};
+use crate::verify::{Conclusion, Evidence, Examination, Power, Report, Verdict, checks, p_value};
 use plotters::prelude::IntoLogRange;
 use std::time::Duration;
 
@@ -90,8 +90,8 @@ impl Page {
             .with(Block::Table(overview(report, &order)))
             .with(words(
                 "A cell has the worst verdict of the check's parts and the least of their p-values, corrected for their own number; none where no chance is \
-                 involved, – where the check has no answer or does not apply. Verdicts, and “corrected p”, are after correction over the whole run. Sees: the relative error of the density over 5% of the mass in one piece that is \
-                 caught with probability 0.99.",
+                 involved, – where the check has no answer or does not apply. Verdicts, and “corrected p”, are after correction over the whole run. Sees: the relative error of the density over 5% of the mass (or the share that is \
+                 named) in one piece that is caught with probability 0.99.",
             ));
         self.section(overview);
         self.section(Section::new("samplers", "Sampler by sampler").short("Samplers").with(words(
@@ -173,7 +173,12 @@ fn overview(report: &Report, order: &[usize]) -> Table {
         let e = &report.examinations[i];
         let verdict = report.verdict_on(i);
         let p = report.adjusted_p(i);
-        let seen = e.power(report.level()).iter().find(|p| p.mass == 0.05).map(|p| p.error);
+        let power = e.power(report.level());
+        let seen = power.iter().find(|p| p.mass == 0.05).or(power.first());
+        let sees = |p: &Power| match p.mass {
+            0.05 => percent(p.error),
+            mass => format!("{} on {:.0}%", percent(p.error), 100.0 * mass),
+        };
         let order = match verdict {
             Verdict::Fail => "0",
             Verdict::Inconclusive => "1",
@@ -185,7 +190,7 @@ fn overview(report: &Report, order: &[usize]) -> Table {
             Cell::new(e.name.clone()).link(id("sampler", &e.name)).about(e.domain),
             judged,
             Cell::number(p.unwrap_or(f64::NAN), p.map_or("–".to_owned(), p_text)),
-            Cell::number(seen.unwrap_or(f64::NAN), seen.map_or("–".to_owned(), percent)),
+            Cell::number(seen.map_or(f64::NAN, |p| p.error), seen.map_or("–".to_owned(), sees)),
         ];
         let of_checks = names.iter().map(|name| check_cell(&report.conclusions[i], name));
         let tail = [
@@ -361,7 +366,8 @@ fn plots(report: &Report, e: &Examination) -> Option<Block> {
             ),
         ));
     }
-    let power = e.power(report.level());
+    let mut power = e.power(report.level());
+    power.retain(|p| e.power_against(report.level(), p.mass, p.error).is_some());
     if let (Some(first), Some(last)) = (power.first(), power.last()) {
         // From where even the largest region is not seen, with room for the names, to where the smallest is.
         let (low, high) = (0.04 * last.error.min(first.error), 1.5 * first.error.max(last.error));
