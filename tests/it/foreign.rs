@@ -168,7 +168,7 @@ fn every_format_reads_the_same_samples() {
         folder.file("tabs.txt", text(&samples, "  x\t\ty\tz\tpdf\r").replace(',', " \t")),
         folder.file(
             "savetxt.txt",
-            text(&turned, "#\n# pdf,x,y,z").replace(',', " ").replace("# pdf x y", "# pdf,x,y"),
+            text(&turned, "#\n# pdf,x,y,z").replace(',', " ").replace("# pdf x y z", "# pdf,x,y,z"),
         ),
         folder.file("words.txt", text(&turned, "# PDF X Y Z").replace(',', "\t")),
     ];
