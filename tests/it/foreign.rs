@@ -535,28 +535,29 @@ fn programs_that_misbehave_get_a_sentence() {
     expect(BAD, "is no command line", &["--sampler", "'"], &[]);
 }
 
-/// The example with a map in the place of its lobe: 8 x 4 texels on the sphere, constant per solid angle.
+/// The example with a map in the place of its lobe: 15 x 9 texels on the sphere, constant per solid angle: too many
+/// edges, and too high, for quadrature that isn't told of them.
 const MAP: &str = r"
 def sample(u, v, s):
     i = bisect.bisect_right(CDF, s) - 1
-    row, column = divmod(i, 8)
-    z, phi = EDGES[row] + v * (EDGES[row + 1] - EDGES[row]), 2 * math.pi * (column + u) / 8
+    row, column = divmod(i, 15)
+    z, phi = EDGES[row] + v * (EDGES[row + 1] - EDGES[row]), 2 * math.pi * (column + u) / 15
     r = math.sqrt(max(0.0, 1 - z * z))
     return r * math.cos(phi), r * math.sin(phi), z
 
 
 def pdf(x, y, z):
-    row = min(3, int(4 * math.acos(max(-1.0, min(1.0, z))) / math.pi))
-    return WEIGHTS[row][min(7, int(8 * (math.atan2(y, x) / (2 * math.pi) % 1.0)))] / TOTAL
+    row = min(8, int(9 * math.acos(max(-1.0, min(1.0, z))) / math.pi))
+    return WEIGHTS[row][min(14, int(15 * (math.atan2(y, x) / (2 * math.pi) % 1.0)))] / TOTAL
 
 
 import bisect
-EDGES = [math.cos(math.pi * row / 4) for row in range(5)]
-WEIGHTS = [[1 + (3 * column + 5 * row) % 7 for column in range(8)] for row in range(4)]
+EDGES = [math.cos(math.pi * row / 9) for row in range(10)]
+WEIGHTS = [[1 + ((3 * column + 5 * row) % 7) ** 2 for column in range(15)] for row in range(9)]
 CDF = [0.0]
-for row in range(4):
+for row in range(9):
     for weight in WEIGHTS[row]:
-        CDF.append(CDF[-1] + weight * (EDGES[row] - EDGES[row + 1]) * math.pi / 4)
+        CDF.append(CDF[-1] + weight * (EDGES[row] - EDGES[row + 1]) * 2 * math.pi / 15)
 TOTAL = CDF.pop()
 CDF = [c / TOTAL for c in CDF]
 ";
@@ -575,7 +576,7 @@ fn map_program(folder: &Folder, python: &Path, greeting: &str) -> String {
 fn a_map_says_where_it_jumps() {
     let Some(python) = tool("python3") else { return };
     let folder = Folder::new();
-    let command = map_program(&folder, &python, "domain=sphere dimensions=3 grid=8x4");
+    let command = map_program(&folder, &python, "domain=sphere dimensions=3 grid=15x9");
     expect(PASS, "1 of 1", &["--sampler", &command, "--samples", "20k"], &[]);
 }
 
