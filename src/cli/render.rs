@@ -69,9 +69,9 @@ const BLACK_PASSES: u32 = 4096;
 fn is_enough(arguments: &Arguments, progress: &Progress) -> bool {
     let timed = arguments.time.is_some_and(|seconds| progress.time.as_secs_f64() >= seconds);
     let small = |error| {
-        let now = progress.film.relative_error();
-        progress.passes >= LEAST_PASSES && now <= error
-            || progress.passes >= BLACK_PASSES && now == f64::INFINITY
+        let relative =
+            if progress.passes >= LEAST_PASSES { progress.film.relative_error() } else { f64::NAN };
+        relative <= error || progress.passes >= BLACK_PASSES && relative == f64::INFINITY
     };
     timed || arguments.error.is_some_and(small)
 }

@@ -267,7 +267,7 @@ fn cells<'a>(
     let n = case.tally.samples as f64;
     let pilots = case.probe.pilots().unwrap_or(0) as f64;
     regions.into_iter().enumerate().map(move |(group, region)| {
-        let figure = |limit| region.figure(n, limit, region.skewness(limit, n, pilots), known, one_sided);
+        let figure = |limit| region.figure(n, limit, region.skewness(limit, n, pilots), one_sided);
         (group, region.limit.and_then(figure))
     })
 }
@@ -314,9 +314,9 @@ impl Region {
     }
 
     /// Whether a cell is asked depends on its density alone: to ask those that happen to have many samples is to ask those whose mean comes out high.
-    fn figure(&self, n: f64, limit: f64, skewness: f64, known: bool, one_sided: bool) -> Option<Figure> {
+    fn figure(&self, n: f64, limit: f64, skewness: f64, one_sided: bool) -> Option<Figure> {
         let [first, second, third] = self.sums.powers;
-        let measure = self.measure;
+        let (measure, known) = (self.measure, self.pilots.is_none());
         let (enough, largest_share) =
             if known { (ENOUGH, LARGEST_SHARE) } else { (ENOUGH_RESOLVED, LARGEST_SHARE_RESOLVED) };
         if !(n * self.mass >= enough) || !measure.is_finite() || !(measure > 0.0) || !third.is_finite() {
