@@ -7,8 +7,15 @@ use crate::domain::{Cell, Knots, Location};
 use crate::verify::check::Case;
 use std::ops::Range;
 
-/// Leaves for which each axis gets four points, and no more than two beyond.
-const FEW_LEAVES: usize = 1 << 12;
+/// Pairs of points that each axis of a leaf gets: the more leaves there are, the less a factor changes within one.
+fn panels(leaves: usize) -> usize {
+    match leaves {
+        ..=0x400 => 4,
+        ..=0x2000 => 2,
+        _ => 1,
+    }
+}
+
 /// Pieces that knots may cut a leaf into, along an axis.
 const PIECES: usize = 33;
 /// Patches that are looked at, at most; of more, every second one, or third, ….
@@ -53,7 +60,7 @@ impl Nodes {
         let (probe, partition) = (case.probe, &case.expectation.partition);
         let leaves = partition.leaves();
         let axes = probe.space().axes();
-        let panels = if leaves.len() <= FEW_LEAVES { 4 } else { 1 };
+        let panels = panels(leaves.len());
         let stride = probe.space().patches().div_ceil(PATCHES);
         let per_leaf = crate::parallel::map(leaves.len(), |leaf| {
             let cell = &leaves[leaf];
