@@ -68,13 +68,26 @@ fn small_maps() {
 #[cfg(feature = "pictures")]
 #[test]
 fn shipped_maps() {
+    shipped(2);
+}
+
+#[cfg(feature = "pictures")]
+#[test]
+#[ignore = "long: all of them"]
+fn every_shipped_map() {
+    shipped(usize::MAX);
+}
+
+/// The first of them.
+#[cfg(feature = "pictures")]
+fn shipped(count: usize) {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/data/env");
     let files = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
     let mut maps: Vec<_> = files.filter(|path| path.extension().is_some_and(|e| e == "hdr")).collect();
     assert!(maps.len() >= 5, "only {} maps in {folder}", maps.len());
     // By name, so that every map has the same warp everywhere.
     maps.sort();
-    for (i, path) in maps.iter().enumerate() {
+    for (i, path) in maps.iter().take(count).enumerate() {
         let picture = warpcheck::picture::read(path).unwrap();
         let (width, height) = (picture.width(), picture.height());
         let rows = ROWS[i % ROWS.len()];

@@ -328,6 +328,12 @@ fn triangle_scenes(size: u32) -> Vec<(Scene, f64)> {
 
 #[test]
 fn triangles_over_a_floor() {
+    triangles(8e-3);
+}
+
+#[test]
+#[ignore = "long: many samples"]
+fn triangles_over_a_floor_more_finely() {
     triangles(4e-3);
 }
 
@@ -348,7 +354,8 @@ fn triangles(precision: f64) {
         // the radiance, and twice that.
         for (strategy, variance) in [(UNIFORM, 1.0), (BRDF, 0.55)] {
             let passes = variance / expected / precision.powi(2) / (512.0 * 512.0);
-            expect(&draw(scene, &lights, strategy, passes.ceil() as u32, 1), *expected, precision);
+            // An error can be told from two passes on.
+            expect(&draw(scene, &lights, strategy, passes.ceil().max(2.0) as u32, 1), *expected, precision);
         }
     }
 }
@@ -370,7 +377,7 @@ fn a_lamp_has_the_sides_that_it_has() {
     for (scene, strategy) in
         lit.map(Made::scene).iter().flat_map(|s| [UNIFORM, BRDF, LIGHT, mis(0.5)].map(|x| (s, x)))
     {
-        expect(&draw(scene, &Lights::load(scene).unwrap(), strategy, 24, 3), expected, 3e-3);
+        expect(&draw(scene, &Lights::load(scene).unwrap(), strategy, 6, 3), expected, 6e-3);
     }
     let scene = lamp(Vec3::Y).scene();
     for strategy in [UNIFORM, BRDF, LIGHT, mis(0.5)] {
@@ -442,7 +449,17 @@ fn irradiance_of_a_sunrise() {
 /// An exponent of 1e21 is a mirror: K_d cos theta of what it reflects.
 #[test]
 fn an_enormous_exponent_is_a_mirror() {
-    for exponent in ["1e6", "1e9", "1e21"] {
+    mirrors(&["1e21"]);
+}
+
+#[test]
+#[ignore = "long: many samples"]
+fn enormous_exponents_are_mirrors() {
+    mirrors(&["1e6", "1e9"]);
+}
+
+fn mirrors(exponents: &[&str]) {
+    for exponent in exponents {
         let scene = Made::new("kd-phong", Vec3::new(3.0, 3.0, 0.0), Vec3::ZERO, 1.0, 32, "")
             .square(Vec3::ZERO, Vec3::Y, 1.0, &format!("Kd .8 .8 .8\nNs {exponent}"))
             .square(Vec3::new(-3.0, 3.0, 0.0), Vec3::new(0.6, -0.8, 0.0), 1.0, "Ke 2 2 2\nNs 1\nKd 0 0 0")
@@ -460,17 +477,21 @@ fn an_enormous_exponent_is_a_mirror() {
 /// Whether the mean of the picture is `expected` at a relative standard error of 1e-3, with as many passes as a pilot says that takes. `off`
 /// is by how much the scene may differ from what the closed form is of.
 fn known(scene: &Scene, lights: &Lights, strategy: Strategy, expected: f64, off: f64) {
+    known_to(1e-3, scene, lights, strategy, expected, off);
+}
+
+fn known_to(precision: f64, scene: &Scene, lights: &Lights, strategy: Strategy, expected: f64, off: f64) {
     let mean_of = |r: &Rendered| {
         let all = r.film.blocks(r.film.width());
         (all.means[0][0], all.standard_errors[0][0])
     };
     let pilot = draw(scene, lights, strategy, 16, 100);
     let (mean, error) = mean_of(&pilot);
-    let passes = (16.0 * (error / (0.85e-3 * mean)).powi(2)).ceil().max(16.0);
+    let passes = (16.0 * (error / (0.85 * precision * mean)).powi(2)).ceil().max(16.0);
     assert!(passes < 1e6, "{strategy}: {passes} passes");
     let (mean, error) = mean_of(&draw(scene, lights, strategy, passes as u32, 7));
     println!("{strategy}: {mean:.6} ± {error:.6}, expected {expected:.6}, {passes} passes");
-    assert!(error <= 1e-3 * expected, "{strategy}: {mean} is known to {error} only");
+    assert!(error <= precision * expected, "{strategy}: {mean} is known to {error} only");
     assert!(
         (mean - expected).abs() <= 4.0 * error + (off + 1e-6) * expected,
         "{strategy}: {mean} ± {error} for {expected}"
@@ -495,11 +516,11 @@ fn known_by_all(scene: &Scene, expected: f64, off: f64) {
 }
 
 /// The strategies that have something of their own, with the default way to draw from the emitters.
-fn known_by_some(scene: &Scene, expected: f64, off: f64) {
+fn known_by_some(scene: &Scene, expected: f64) {
     let lights = Lights::load(scene).unwrap();
     [BRDF, LIGHT, mis(0.5), TWO_POWER]
         .iter()
-        .for_each(|&strategy| known(scene, &lights, strategy, expected, off));
+        .for_each(|&strategy| known_to(3e-3, scene, &lights, strategy, expected, 0.0));
 }
 
 /// A polygon of five corners, tilted: Lambert's E = L / 2 times the sum over edges of the angle they are seen under times the cosine of
@@ -507,7 +528,7 @@ fn known_by_some(scene: &Scene, expected: f64, off: f64) {
 #[test]
 fn a_polygon_over_a_floor() {
     let (scene, expected) = polygon();
-    known_by_some(&scene, expected, 0.0);
+    known_by_some(&scene, expected);
 }
 
 #[test]
@@ -685,7 +706,7 @@ fn phong_lobes_by_strategies_that_miss_them() {
 }
 
 /// See [`irradiance_of_a_sunrise`].
-fn irradiances(map: &str, axes: &[(&str, Vec3)], strategies: &[Strategy]) {
+fn irradiances(precision: f64, map: &str, axes: &[(&str, Vec3)], strategies: &[Strategy]) {
     let json = fs::read_to_string(data("reference/env_irradiance.json")).unwrap();
     for &(axis, normal) in axes {
         let expected = triples(&json, &[map, "irradiance", axis])[0][0] * 0.5 / PI;
@@ -696,7 +717,7 @@ fn irradiances(map: &str, axes: &[(&str, Vec3)], strategies: &[Strategy]) {
             .scene();
         let lights = Lights::load(&scene).unwrap();
         println!("{map} {axis}");
-        strategies.iter().for_each(|&strategy| known(&scene, &lights, strategy, expected, 0.0));
+        strategies.iter().for_each(|&strategy| known_to(precision, &scene, &lights, strategy, expected, 0.0));
     }
 }
 
@@ -711,16 +732,16 @@ const AXES: [(&str, Vec3); 6] = [
 
 #[test]
 fn irradiance_of_an_overcast_sky() {
-    irradiances("potsdamer_platz_512.hdr", &AXES[..1], &[UNIFORM, BRDF, LIGHT, TWO]);
-    irradiances("potsdamer_platz_512.hdr", &AXES[1..2], &[BRDF]);
+    irradiances(3e-3, "potsdamer_platz_512.hdr", &AXES[..1], &[UNIFORM, BRDF, LIGHT, TWO]);
+    irradiances(3e-3, "potsdamer_platz_512.hdr", &AXES[1..2], &[BRDF]);
 }
 
 /// `cargo test --release --test it -- --ignored irradiance_along`: some minutes.
 #[test]
 #[ignore = "long: most samples go to a sun that is behind the surface"]
 fn irradiance_along_all_axes() {
-    irradiances("potsdamer_platz_512.hdr", &AXES, &ALL);
-    irradiances("spruit_sunrise_512.hdr", &AXES, &[LIGHT, mis(0.5), AUTO, TWO, TWO_POWER]);
+    irradiances(1e-3, "potsdamer_platz_512.hdr", &AXES, &ALL);
+    irradiances(1e-3, "spruit_sunrise_512.hdr", &AXES, &[LIGHT, mis(0.5), AUTO, TWO, TWO_POWER]);
 }
 
 /// `cargo test --release --test it -- --ignored triangles_to`: a minute. [`triangles_over_a_floor`] at the precision of the others.

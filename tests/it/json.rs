@@ -123,7 +123,7 @@ fn all_documents_follow_the_schema() {
     for (kind, words, codes) in [
         (
             "verify",
-            "verify broken/triangle/branch-squared broken/lobes/uniform-for-cosine triangle --samples 20k",
+            "verify broken/triangle/branch-squared broken/lobes/uniform-for-cosine triangle --samples 10k",
             [1],
         ),
         ("verify", "verify triangle/low-distortion --samples 20k --anytime", [0]),

@@ -58,32 +58,28 @@ fn smooth_directions() {
     ]);
 }
 
+const GRAZING: Vec3 = Vec3::new(0.996_194_7, 0.0, 0.087_155_74);
+
 #[test]
 fn peaky_directions() {
-    peaky(0);
+    assert_right(vec![
+        examine("vMF", &VonMisesFisher::new(tilted(), 1e4).unwrap()),
+        examine("Phong", &PhongLobe::new(tilted(), 1e6).unwrap()),
+        examine("GGX", &GgxVisibleNormals::new(GRAZING, 0.1).unwrap()),
+    ]);
 }
 
 #[test]
-#[ignore = "long: the other half"]
-fn peaky_directions_the_other_way() {
-    peaky(1);
-}
-
-/// Every other one of all pairs of a lobe and a direction, from the first or the second on.
-fn peaky(first: usize) {
+#[ignore = "long: every pair of a lobe and a direction"]
+fn every_peaky_direction() {
     let mut all = Vec::new();
-    let grazing = Vec3::new(0.996_194_7, 0.0, 0.087_155_74);
-    let other = |i: usize, directions: [Vec3; 2]| directions[(i + first) % 2];
-    for (i, kappa) in [1e2, 1e4, 1e6].into_iter().enumerate() {
-        let mean = other(i, [Vec3::NEG_Z, tilted()]);
+    for (kappa, mean) in pairs([1e2, 1e4, 1e6], [Vec3::NEG_Z, tilted()]) {
         all.push(examine(format!("vMF {kappa} {mean}"), &VonMisesFisher::new(mean, kappa).unwrap()));
     }
-    for (i, exponent) in [0.0, 1.0, 50.0, 1e4, 1e6].into_iter().enumerate() {
-        let mirror = other(i, [grazing, tilted()]);
+    for (exponent, mirror) in pairs([0.0, 1.0, 50.0, 1e4, 1e6], [GRAZING, tilted()]) {
         all.push(examine(format!("Phong {exponent} {mirror}"), &PhongLobe::new(mirror, exponent).unwrap()));
     }
-    for (i, alpha) in [0.01, 0.1, 0.5, 1.0].into_iter().enumerate() {
-        let outgoing = other(i, [tilted(), grazing]);
+    for (alpha, outgoing) in pairs([0.01, 0.1, 0.5, 1.0], [tilted(), GRAZING]) {
         all.push(examine(
             format!("GGX {alpha} {outgoing}"),
             &GgxVisibleNormals::new(outgoing, alpha).unwrap(),
@@ -92,8 +88,22 @@ fn peaky(first: usize) {
     assert_right(all);
 }
 
+fn pairs<const N: usize>(of: [f32; N], with: [Vec3; 2]) -> impl Iterator<Item = (f32, Vec3)> {
+    of.into_iter().flat_map(move |a| with.map(|b| (a, b)))
+}
+
 #[test]
 fn triangles_and_lights() {
+    lights(&[0.5]);
+}
+
+#[test]
+#[ignore = "long: lights from far and near"]
+fn lights_from_far_and_near() {
+    lights(&[3.0, 0.02]);
+}
+
+fn lights(heights: &[f32]) {
     let mut all = Vec::new();
     for warp in [TriangleWarp::LowDistortion, TriangleWarp::SquareRoot] {
         all.push(examine(format!("{warp:?}"), &BarycentricWarp::new(warp, 2.0).unwrap()));
@@ -102,7 +112,7 @@ fn triangles_and_lights() {
         .map(|t| t.map(|i: usize| [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y][i]));
     let light = MeshLight::new(&quad, Sides::Front).unwrap();
     all.push(examine("quad", &light));
-    for height in [3.0, 0.5, 0.02] {
+    for &height in heights {
         all.push(examine(format!("quad from {height}"), &light.seen_from(Vec3::new(0.3, 0.4, height))));
     }
     all.push(examine("discrete", &DiscreteCdf::new(&[1.0, 0.0, 2.0, 3.0, 1e-7]).unwrap()));
@@ -117,9 +127,19 @@ fn triangles_and_lights() {
 
 #[test]
 fn environments() {
+    maps(&[RowWarp::UniformCosTheta], &[(1, 1), (6, 1), (3, 7)]);
+}
+
+#[test]
+#[ignore = "long: both warps of rows, maps of every shape"]
+fn every_environment() {
+    maps(&[RowWarp::UniformV, RowWarp::UniformCosTheta], &[(1, 1), (1, 5), (6, 1), (3, 7), (64, 32)]);
+}
+
+fn maps(warps: &[RowWarp], shapes: &[(usize, usize)]) {
     let mut all = Vec::new();
-    for rows in [RowWarp::UniformV, RowWarp::UniformCosTheta] {
-        for (w, h) in [(1, 1), (1, 5), (6, 1), (3, 7), (64, 32)] {
+    for &rows in warps {
+        for &(w, h) in shapes {
             let texels: Vec<[f32; 3]> =
                 (0..w * h).map(|i| [(i as f32 * 0.7).sin().abs(), 0.1, (i % 3) as f32]).collect();
             all.push(examine(format!("{rows:?} {w}x{h}"), &Environment::new(w, h, texels, rows).unwrap()));

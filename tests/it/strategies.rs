@@ -45,12 +45,12 @@ fn same(title: &str, a: &Blocks, b: &Blocks) {
 fn every_way_to_sample_lights_agrees() {
     let scene = scene("lamps_and_sky", 64);
     let lights = Lights::load(&scene).unwrap();
-    let reference = draw(&scene, &lights, Strategy::Mis { brdf_weight: 0.5 }, 128, 1).film.blocks(16);
+    let reference = draw(&scene, &lights, Strategy::Mis { brdf_weight: 0.5 }, 64, 1).film.blocks(16);
     let strategies = [Strategy::Light, Strategy::Mis { brdf_weight: 0.25 }, TWO, TWO_POWER];
     for (i, sampling) in LightSampling::all().enumerate() {
         let lights = Lights::load_with(&scene, sampling).unwrap();
         for (j, strategy) in strategies.into_iter().enumerate() {
-            let drawn = draw(&scene, &lights, strategy, 32, 10 + (4 * i + j) as u64).film.blocks(16);
+            let drawn = draw(&scene, &lights, strategy, 16, 10 + (4 * i + j) as u64).film.blocks(16);
             same(&format!("{strategy} with lights by {sampling}"), &drawn, &reference);
         }
     }
@@ -61,17 +61,17 @@ fn every_way_to_sample_lights_agrees() {
 fn strategies_agree_on_ggx() {
     let scene = scene("spot_ggx", 64);
     let lights = Lights::load(&scene).unwrap();
-    let two = draw(&scene, &lights, TWO, 64, 1).film.blocks(16);
+    let two = draw(&scene, &lights, TWO, 32, 1).film.blocks(16);
     for (i, strategy) in [Strategy::Light, Strategy::MisAuto, TWO_POWER].into_iter().enumerate() {
-        same(&strategy.to_string(), &draw(&scene, &lights, strategy, 64, 2 + i as u64).film.blocks(16), &two);
+        same(&strategy.to_string(), &draw(&scene, &lights, strategy, 32, 2 + i as u64).film.blocks(16), &two);
     }
     // The sky alone, which the lobes find.
     let mut overcast = self::scene("spot_ggx", 64);
     let sky = overcast.environment.as_mut().unwrap();
     sky.file = sky.file.with_file_name("potsdamer_platz_512.hdr");
     let lights = Lights::load(&overcast).unwrap();
-    let two = draw(&overcast, &lights, TWO, 64, 1).film.blocks(16);
-    same("brdf", &draw(&overcast, &lights, Strategy::Brdf, 64, 2).film.blocks(16), &two);
+    let two = draw(&overcast, &lights, TWO, 32, 1).film.blocks(16);
+    same("brdf", &draw(&overcast, &lights, Strategy::Brdf, 32, 2).film.blocks(16), &two);
 }
 
 /// The density that the weights are formed from is the one that was drawn from: one that is 5 % off is seen.
@@ -109,8 +109,8 @@ fn better_selections_are_better() {
 fn mis_auto_is_unbiased_and_keeps_to_its_weights() {
     let scene = scene("three_spheres", 64);
     let lights = Lights::load(&scene).unwrap();
-    let two = draw(&scene, &lights, TWO, 256, 1).film.blocks(16);
-    let mut auto = draw(&scene, &lights, Strategy::MisAuto, 256, 2);
+    let two = draw(&scene, &lights, TWO, 96, 1).film.blocks(16);
+    let mut auto = draw(&scene, &lights, Strategy::MisAuto, 96, 2);
     same("mis:auto and mis-two", &auto.film.blocks(16), &two);
     let weights = auto.weights().unwrap().to_vec();
     assert!(weights.iter().all(|c| AUTO_WEIGHTS.contains(c)));
@@ -148,7 +148,7 @@ fn white_furnace() {
         TWO_POWER,
     ];
     for strategy in strategies {
-        let film = draw(&scene, &lights, strategy, 64, 1).film;
+        let film = draw(&scene, &lights, strategy, 24, 1).film;
         let pixels: Vec<_> =
             (16..48).flat_map(|y| (16..48).map(move |x| (x, y))).map(|(x, y)| film.pixel(x, y)).collect();
         for (channel, albedo) in [0.8, 0.5, 0.2].into_iter().enumerate() {
@@ -156,7 +156,7 @@ fn white_furnace() {
             let mean = pixels.iter().map(|p| p.mean()[channel]).sum::<f64>() / n;
             let error = pixels.iter().map(|p| p.standard_error()[channel].powi(2)).sum::<f64>().sqrt() / n;
             assert!((mean - albedo).abs() <= 4.0 * error + 1e-6, "{strategy} {channel}: {mean} ± {error}");
-            assert!(error < 6e-3 * albedo, "{strategy}: {error}");
+            assert!(error < 1e-2 * albedo, "{strategy}: {error}");
         }
     }
 }

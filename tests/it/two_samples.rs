@@ -99,25 +99,34 @@ fn what_is_seen_over_five_percent_of_the_mass() {
         let run = |seed: &u64| compare(&plain, &planted(part)).samples(1_000_000).seed(*seed).run();
         (0..runs).filter(|seed| run(seed).verdict() == Verdict::Fail).count()
     };
-    let (slight, plain_to_see) = (caught(0.05, 4), caught(0.08, 2));
-    println!("caught: 5% in {slight} of 4 runs, 8% in {plain_to_see} of 2");
-    assert!(slight >= 1 && plain_to_see == 2, "{slight} {plain_to_see}");
+    let (slight, plain_to_see) = (caught(0.05, 3), caught(0.08, 1));
+    println!("caught: 5% in {slight} of 3 runs, 8% in {plain_to_see} of 1");
+    assert!(slight >= 1 && plain_to_see == 1, "{slight} {plain_to_see}");
 }
 
 #[test]
 fn as_many_false_alarms_as_alpha_says() {
-    const RUNS: u64 = 200;
+    false_alarms(60);
+}
+
+#[test]
+#[ignore = "long: many runs"]
+fn as_many_false_alarms_in_a_thousand_as_alpha_says() {
+    false_alarms(1000);
+}
+
+fn false_alarms(runs: u64) {
     const ALPHA: f64 = 0.05;
     let mean = Vec3::new(0.36, -0.48, 0.8);
     let vmf = VonMisesFisher::new(mean, 50.0).unwrap();
     let same = from_draws(Sphere, |[u, v]: [f64; 2]| Sampler::sample(&vmf, &[u, v]).map(|s| s.point));
-    let alarms = (0..RUNS)
+    let alarms = (0..runs)
         .filter(|&seed| {
             compare(&vmf, &same).samples(4_000).seed(seed).alpha(ALPHA).run().verdict() != Verdict::Pass
         })
         .count() as u64;
-    println!("{alarms} of {RUNS} at alpha {ALPHA}");
-    assert!(binomial::upper_tail(alarms, RUNS, ALPHA).unwrap() > 1e-4, "{alarms} of {RUNS}");
+    println!("{alarms} of {runs} at alpha {ALPHA}");
+    assert!(binomial::upper_tail(alarms, runs, ALPHA).unwrap() > 1e-4, "{alarms} of {runs}");
 }
 
 fn square_points(seed: u64, count: usize) -> Vec<[f64; 2]> {

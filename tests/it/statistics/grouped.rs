@@ -93,7 +93,7 @@ fn p_values_are_not_below_uniform() {
                 .zip(&masses)
                 .map(|(i, mass)| (mass + if 2 * i < groups { drift } else { -drift }).max(0.0))
                 .collect();
-            for _ in 0..250 {
+            for _ in 0..100 {
                 let counts = multinomial(n, &masses, &mut rng);
                 p[0].push(kolmogorov::grouped(&counts, &masses, 0.0).unwrap().p);
                 p[1].push(anderson_darling::grouped(&counts, &masses, 0.0).unwrap().p);
