@@ -108,6 +108,7 @@ fn both_together_are_best_on_the_plates() {
 
 /// Against a picture that is 10% too bright, the squared bias is that of the tenth, and the error stops falling.
 #[test]
+#[ignore = "long: 256 samples a pixel by five seeds"]
 fn bias_is_measured() {
     let (scene, lights) = cornell("32");
     let right = convergence(&scene, &lights, &plan(&[LIGHT], 64)).reference.picture;

@@ -68,7 +68,7 @@ fn small_maps() {
 #[cfg(feature = "pictures")]
 #[test]
 fn shipped_maps() {
-    shipped(2);
+    shipped(1);
 }
 
 #[cfg(feature = "pictures")]

@@ -327,13 +327,8 @@ fn triangle_scenes(size: u32) -> Vec<(Scene, f64)> {
 }
 
 #[test]
-fn triangles_over_a_floor() {
-    triangles(8e-3);
-}
-
-#[test]
 #[ignore = "long: many samples"]
-fn triangles_over_a_floor_more_finely() {
+fn triangles_over_a_floor() {
     triangles(4e-3);
 }
 

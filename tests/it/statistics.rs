@@ -315,6 +315,7 @@ fn two_sample_statistic_handles_ties() {
 }
 
 #[test]
+#[ignore = "long: sums of the exact form where it ends"]
 fn two_sample_tail_passes_on_to_the_asymptotic_form() {
     passes_on(1.5);
 }

@@ -58,6 +58,7 @@ fn every_way_to_sample_lights_agrees() {
 
 /// GGX over a diffuse base with smooth normals, under a sun.
 #[test]
+#[ignore = "long: two skies"]
 fn strategies_agree_on_ggx() {
     let scene = scene("spot_ggx", 64);
     let lights = Lights::load(&scene).unwrap();
@@ -76,6 +77,7 @@ fn strategies_agree_on_ggx() {
 
 /// The density that the weights are formed from is the one that was drawn from: one that is 5 % off is seen.
 #[test]
+#[ignore = "long: 256 samples a pixel"]
 fn a_wrong_density_is_seen() {
     let scene = scene("lamps_and_sky", 64);
     let [right, other] =
