@@ -17,6 +17,8 @@
 //! - hangs on *few pixels* if its difference would make the pair differ, and is nothing (p over 1%) without the three pixels that make up most of
 //!   it. The corner of a small lamp that no sample has met yet looks like that, and so does a firefly; so does a mistake
 //!   in three pixels, which more samples or smaller tiles tell apart;
+//! - has a *tail around* it if its difference would make the pair differ, and would not if its means scattered as those of some tile at most four
+//!   tiles away do. A lamp so small that one sample in a tile finds it, or none, makes a tile too dark without a sign of it, but not eighty of them;
 //! - is *dark* if no estimate has seen light in it. That is agreement as far as anybody can tell, and is counted apart; two pictures that are dark
 //!   all over are inconclusive.
 //!
@@ -54,6 +56,8 @@ const NOTICED: f64 = 0.01;
 const LEVELS: u32 = 3;
 /// Pixels that a difference must not hang on alone.
 const HANGING: usize = 3;
+/// Tiles to each side whose scatter a difference must stand out from.
+const AROUND: usize = 4;
 /// The p-value from which on what is left without them is nothing.
 const NOTHING_LEFT: f64 = 0.01;
 
@@ -316,6 +320,8 @@ pub enum Doubt {
     Skewed,
     /// The two differ in a few pixels, and nowhere else.
     FewPixels,
+    /// They differ by no more than tiles near it scatter.
+    TailAround,
 }
 
 /// What became of a tile.
@@ -559,12 +565,17 @@ fn compare_two(
     let all_tests = examined.iter().map(|(_, found)| found.len()).sum::<usize>() * number_of_pairs;
     let alarm = criteria.level / all_tests.max(1) as f64;
     examined.retain(|(set, found)| {
-        let mut alarms = found.iter().filter(|(_, t)| t.p < alarm).peekable();
-        let hangs = alarms.peek().is_some() && alarms.all(|(c, t)| hangs_on_few(both, set, *c, t));
-        if hangs {
-            set.iter().for_each(|&t| tiles[t] = TileTest::Doubtful(Doubt::FewPixels));
-        }
-        !hangs
+        let alarms: Vec<_> = found.iter().filter(|(_, t)| t.p < alarm).collect();
+        let reason = match () {
+            () if alarms.is_empty() => return true,
+            () if alarms.iter().all(|(c, t)| hangs_on_few(both, set, *c, t)) => Doubt::FewPixels,
+            () if alarms.iter().all(|(c, _)| beside_such_tails(both, set, *c).p >= alarm) => {
+                Doubt::TailAround
+            }
+            () => return true,
+        };
+        set.iter().for_each(|&t| tiles[t] = TileTest::Doubtful(reason));
+        false
     });
     let tests: Vec<_> = examined.into_iter().flat_map(|(_, found)| found).map(|(_, test)| test).collect();
 
@@ -618,6 +629,27 @@ fn hangs_on_few(both: [&Estimate; 2], set: &[usize], c: usize, test: &Tested) ->
     differences.sort_by(|x, y| y.total_cmp(x));
     let left = differences.iter().skip(HANGING).sum::<f64>() / a.len() as f64;
     student_t::sf(left / (test.error * test.mean), test.df).is_ok_and(|tail| 2.0 * tail > NOTHING_LEFT)
+}
+
+/// The test of some tiles if their means scattered as those of the restless ones around them, which may have seen what these have not.
+fn beside_such_tails(both: [&Estimate; 2], set: &[usize], c: usize) -> Tested {
+    let (columns, rows) = (both[0].columns, both[0].rows);
+    let near = |t: usize, x: usize, y: usize| {
+        (t % columns).abs_diff(x) <= AROUND && (t / columns).abs_diff(y) <= AROUND
+    };
+    let around: Vec<usize> =
+        (0..columns * rows).filter(|&n| set.iter().any(|&t| near(t, n % columns, n / columns))).collect();
+    let [a, b] = both.map(|e| {
+        let own = e.together(set, c).summary;
+        let restless = |&n: &usize| {
+            let there = e.together(&[n], c).summary;
+            // What is brighter scatters more.
+            let scale = if there.mean.abs() > own.mean.abs() { (own.mean / there.mean).powi(2) } else { 1.0 };
+            scale * there.variance / set.len() as f64
+        };
+        Summary { variance: around.iter().map(restless).fold(own.variance, f64::max), ..own }
+    });
+    test(a, b)
 }
 
 /// The mean relative difference over the tiles that were tested alone and are known to a tenth; `None` if it is skewed, or there are none.

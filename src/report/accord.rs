@@ -26,12 +26,14 @@ fn doubt_word(doubt: Doubt) -> &'static str {
         Doubt::Thin => "few samples",
         Doubt::Skewed => "heavy tail",
         Doubt::FewPixels => "differing in three pixels or fewer",
+        Doubt::TailAround => "differing no more than tiles near them scatter",
     }
 }
 
 /// Untested tiles by the reason for it, and the first of each by column and row.
 fn doubts(pair: &Pair, columns: usize) -> Vec<(Doubt, Vec<[usize; 2]>)> {
-    let kinds = [Doubt::Unseen, Doubt::Beside, Doubt::Thin, Doubt::Skewed, Doubt::FewPixels];
+    let kinds =
+        [Doubt::Unseen, Doubt::Beside, Doubt::Thin, Doubt::Skewed, Doubt::FewPixels, Doubt::TailAround];
     let of = |kind| {
         let tiles = pair.tiles.iter().enumerate().filter(move |(_, t)| **t == TileTest::Doubtful(kind));
         (kind, tiles.map(|(i, _)| [i % columns, i / columns]).collect::<Vec<_>>())

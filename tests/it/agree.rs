@@ -15,6 +15,7 @@ use warpcheck::estimator::{
 };
 use warpcheck::random::{stream, unit_f64};
 use warpcheck::report::{Style, accord_table};
+use warpcheck::sampler::Heuristic;
 use warpcheck::scene::{RayQueries, Scene};
 
 const LIGHT: Strategy = Strategy::Light;
@@ -386,6 +387,37 @@ fn a_difference_in_a_few_pixels_is_doubtful() {
     }
 }
 
+/// One sample in a few thousand finds a small lamp, and is worth a sixth of the light of a tile: tiles that none has found are too dark, by more than
+/// they scatter, yet no alarm. The same lack is one where no tile near has found it either.
+#[test]
+fn a_lamp_that_few_tiles_have_seen_is_no_alarm() {
+    const SIDE: usize = 160;
+    let films = |seed, last: usize| -> Vec<Film> {
+        let film = |batch| {
+            let mut film = Film::new(SIDE, SIDE);
+            let mut rng = stream(seed, "rare", batch);
+            for (x, y) in (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y))) {
+                let [noise, pick] = [(); 2].map(|()| unit_f64(&mut rng));
+                let found = if x < last && pick < 2e-4 { 0.2 / 2e-4 } else { 0.0 };
+                film.add(x, y, DVec3::splat(0.7 + 0.6 * noise + found));
+            }
+            film
+        };
+        (0..32).map(film).collect()
+    };
+    let blocks = Film::new(SIDE, SIDE).blocks(8);
+    let all = blocks.columns * blocks.rows;
+    let known = Blocks { means: vec![[1.2; 3]; all], standard_errors: vec![[0.0; 3]; all], ..blocks };
+    let known = Estimate::known("known", &known, SIDE, SIDE);
+    for seed in 1..=3 {
+        let accord = judge(&[Estimate::from_films("rare", &films(seed, SIDE), 8), known.clone()]);
+        assert_ne!(accord.judgement(), Judgement::Differ, "seed {seed}");
+        assert!(accord.pairs[0].count(|t| *t == TileTest::Doubtful(Doubt::TailAround)) > 0, "seed {seed}");
+    }
+    let accord = judge(&[Estimate::from_films("half", &films(1, SIDE / 2), 8), known]);
+    assert_eq!(accord.judgement(), Judgement::Differ);
+}
+
 /// The noise of a picture whose samples are not known is seen in its pixels, on a slope too; said to be exact, it is a difference.
 #[test]
 fn noise_of_a_picture_is_estimated() {
@@ -402,6 +434,26 @@ fn noise_of_a_picture_is_estimated() {
         assert_eq!(judge(&[right.clone(), known(1.0, false)]).judgement(), Judgement::Agree, "seed {seed}");
         assert_eq!(judge(&[right.clone(), known(1.1, false)]).judgement(), Judgement::Differ, "seed {seed}");
         assert_eq!(judge(&[right.clone(), known(1.0, true)]).judgement(), Judgement::Differ, "seed {seed}");
+    }
+}
+
+/// The smallest of Marschner's lamps is found by one sample of the BRDF in a tile, or by none.
+#[test]
+#[ignore = "long: four seeds"]
+fn plates_under_five_lamps_are_no_alarm() {
+    let (scene, lights) = shipped("veach_marschner", &[]);
+    for seed in 1..=4 {
+        let strategies = [Strategy::Brdf, LIGHT, Strategy::MisTwo { heuristic: Heuristic::Balance }];
+        let accord = judge(&strategies.map(|strategy| draw(&scene, &lights, strategy, 64, seed, 8)));
+        assert_ne!(accord.judgement(), Judgement::Differ, "seed {seed}");
+        // Both that aim at the lamps have seen most of it.
+        let pair = accord.pairs.iter().find(|p| (p.first, p.second) == (1, 2)).unwrap();
+        assert!(
+            pair.tested() > 800 && pair.brightness_within < 0.02,
+            "{} {}",
+            pair.tested(),
+            pair.brightness_within
+        );
     }
 }
 

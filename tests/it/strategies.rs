@@ -168,7 +168,9 @@ fn white_furnace() {
 fn leaving_out_changes_no_bit() {
     let strategies =
         [Strategy::Uniform, Strategy::Brdf, Strategy::Light, Strategy::Mis { brdf_weight: 0.5 }, TWO];
-    for name in ["cornell", "spot_env", "lamps_and_sky", "three_spheres", "veach_a3"] {
+    for name in
+        ["cornell", "spot_env", "spot_ggx", "lamps_and_sky", "three_spheres", "veach_a3", "veach_marschner"]
+    {
         let scene = scene(name, 32);
         let everything = Lights::load(&scene).unwrap();
         let trees = self::scene(name, 32).with_rays(RayStructure::Tree);
