@@ -11,7 +11,7 @@ warpcheck verify broken/environment/sine-missing || [ $? = 1 ] # it is broken
 cp "$out/broken-environment-sine-missing.png" docs/failure.png
 warpcheck histogram data/env/spruit_sunrise_512.hdr --samples 10M
 cp "$out/spruit_sunrise_512-10M.png" docs/histogram.png
-warpcheck render data/scene/veach_a3.toml --sheet
+warpcheck render data/scene/veach_a3.toml --sheet --exposure 20
 cp "$out/veach_a3-sheet.png" docs/sheet.png
 warpcheck converge data/scene/veach_a3.toml --strategy brdf,light,mis:0.5,mis:auto,mis-two --spp 96
 cp "$out/veach_a3-converge.svg" docs/converge.svg

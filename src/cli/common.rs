@@ -62,6 +62,14 @@ pub fn level(text: &str) -> Result<f64, String> {
     }
 }
 
+/// What radiance is multiplied with before it is shown.
+pub fn exposure(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
+        _ => Err("must be a positive number".to_owned()),
+    }
+}
+
 /// A time in seconds.
 pub fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

@@ -41,6 +41,9 @@ pub struct Arguments {
     /// Root mean square error to reach, in radiance [default: the least that was reached]
     #[arg(long, value_name = "RMS", value_parser = common::seconds, allow_negative_numbers = true)]
     reach: Option<f64>,
+    /// Multiply the radiance with this before it is shown [default: as the scene says]
+    #[arg(long, value_name = "FACTOR", value_parser = common::exposure, allow_negative_numbers = true)]
+    exposure: Option<f32>,
     /// Seed
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
@@ -61,7 +64,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 /// With what was found put onto a page of somebody else's, if there is one.
 pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> {
     let clock = Clock::start();
-    let scene = arguments.lights.scene(&arguments.scene)?;
+    let mut scene = arguments.lights.scene(&arguments.scene)?;
+    scene.picture.exposure = arguments.exposure.unwrap_or(scene.picture.exposure);
     let lights = Lights::load_with(&scene, arguments.lights.sampling())?;
     let setup = clock.read();
     let default = Experiment::default();

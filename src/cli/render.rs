@@ -44,6 +44,9 @@ pub struct Arguments {
     /// All pictures on one contact sheet [default: brdf, light, mis 3/4, 1/2, 1/4 at 1, 10, 100 spp]
     #[arg(long)]
     sheet: bool,
+    /// Multiply the radiance with this before it is shown [default: as the scene says]
+    #[arg(long, value_name = "FACTOR", value_parser = common::exposure, allow_negative_numbers = true)]
+    exposure: Option<f32>,
     /// Seed
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
@@ -110,7 +113,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.resume.is_some() && strategies.len() > 1 {
         bail!("--resume goes on with the film of one strategy, but {} were named", strategies.len());
     }
-    let scene = arguments.lights.scene(&arguments.scene)?;
+    let mut scene = arguments.lights.scene(&arguments.scene)?;
+    scene.picture.exposure = arguments.exposure.unwrap_or(scene.picture.exposure);
     let plan = Plan::of(&scene, &strategies, arguments.lights.sampling())?;
     let lights = plan.lights();
     let resumed = match &arguments.resume {
@@ -133,8 +137,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut groups: BTreeMap<u32, Group> = BTreeMap::new();
     let mut sheet = Sheet::new(format!("{stem}: strategies at equal samples"))
         .notes(format!(
-            "{} x {} pixels, seed {}; direct light only",
-            scene.picture.width, scene.picture.height, arguments.seed
+            "{} x {} pixels, seed {}, exposure {}; direct light only",
+            scene.picture.width, scene.picture.height, arguments.seed, scene.picture.exposure
         ))
         .columns(counts.iter().map(|spp| format!("{spp} spp")))
         .tile_width((scene.picture.width as usize).clamp(256, 512));

@@ -681,6 +681,10 @@ fn a_picture_for_every_strategy_and_count() {
         assert!(bytes("out", extension) == bytes("again", extension));
         assert!(bytes("out", extension) != bytes("other", extension));
     }
+    // Brighter on a screen, the same light.
+    render("--strategy light --spp 2 --exposure 4 --out bright", "2");
+    assert!(bytes("out", "exr") == bytes("bright", "exr") && bytes("out", "png") != bytes("bright", "png"));
+    exits(&folder, &format!("render {CORNELL} --exposure 0"), 2);
 }
 
 /// The Cornell box as a stamp, so that many passes take no time.
