@@ -10,8 +10,8 @@ use std::ops::Range;
 /// Pairs of points that each axis of a leaf gets: the more leaves there are, the less a factor changes within one.
 fn panels(leaves: usize) -> usize {
     match leaves {
-        ..=0x400 => 4,
-        ..=0x2000 => 2,
+        0..0x400 => 4,
+        0x400..0x2000 => 2,
         _ => 1,
     }
 }
