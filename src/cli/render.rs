@@ -72,9 +72,8 @@ const BLACK_PASSES: u32 = 4096;
 fn is_enough(arguments: &Arguments, progress: &Progress) -> bool {
     let timed = arguments.time.is_some_and(|seconds| progress.time.as_secs_f64() >= seconds);
     let small = |error| {
-        let relative =
-            if progress.passes >= LEAST_PASSES { progress.film.relative_error() } else { f64::NAN };
-        relative <= error || progress.passes >= BLACK_PASSES && relative == f64::INFINITY
+        progress.passes >= LEAST_PASSES && progress.film.relative_error() <= error
+            || progress.passes >= BLACK_PASSES && progress.film.is_black()
     };
     timed || arguments.error.is_some_and(small)
 }
@@ -248,7 +247,7 @@ fn say(rendered: &Rendered, path: &Path) -> Result<()> {
         pixels * f64::from(rendered.passes) / seconds / 1e6,
         path.display()
     );
-    if rendered.film.relative_error() == f64::INFINITY && rendered.passes > 1 {
+    if rendered.passes > 1 && rendered.film.is_black() {
         line += "  no sample met any light: the picture is black\n";
     }
     if rendered.non_finite > 0 {

@@ -140,6 +140,11 @@ impl Film {
         if mean > 0.0 { squares.sqrt() / mean } else { f64::INFINITY }
     }
 
+    /// Whether no sample has met any light.
+    pub fn is_black(&self) -> bool {
+        self.pixels.iter().all(|p| p.mean() == [0.0; 3])
+    }
+
     /// The mean radiance as a picture.
     pub fn picture(&self) -> Picture {
         Picture::from_fn(self.width, self.height, |x, y| self.pixel(x, y).mean().map(|v| v as f32))

@@ -83,7 +83,7 @@ pub fn of_samples<D: Coordinates>(
         let mut rows = recording(convention.domain.clone(), held.again(), |row| layout.row(convention, row))?;
         rows = rows.partial(given.partial);
         if let Some(table) = table {
-            rows = rows.knots(table.knots()).density(|point| table.density(point));
+            rows = rows.knots(table.knots()).density_of_places(|places, out| table.at_many(places, out));
         }
         Ok(convinces(rows.examine(&settings)?, &settings))
     };

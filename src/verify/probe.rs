@@ -80,6 +80,12 @@ impl<P> Default for Extras<'_, P> {
     }
 }
 
+/// Whether the `i`-th of some samples is asked for its density again where every `ask`-th is, a power of two.
+#[inline]
+pub fn is_asked(i: usize, ask: usize) -> bool {
+    i & (ask - 1) == 0
+}
+
 /// What the checks ask.
 pub(super) trait Probe: Sync {
     fn space(&self) -> &dyn Space;
@@ -239,7 +245,7 @@ impl<D: Domain> Probe for Subject<'_, D> {
             let draw = match sample {
                 None => Draw::without_point(Fate::Rejected),
                 Some(sample) => {
-                    let asked = if i & (ask - 1) == 0 { asked.next().unwrap_or(f64::NAN) } else { 0.0 };
+                    let asked = if is_asked(i, ask) { asked.next().unwrap_or(f64::NAN) } else { 0.0 };
                     for known in &self.extras.known {
                         values.push((known.function)(&sample.point) / sample.density);
                     }

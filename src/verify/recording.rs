@@ -5,7 +5,7 @@
 //! for a few samples of its own is given pilots.
 
 use super::examination::{Against, Examination, examine};
-use super::probe::{Draw, Fate, Look, Probe, RoundTrip};
+use super::probe::{Draw, Fate, Look, Probe, RoundTrip, is_asked};
 use super::settings::Settings;
 use crate::domain::{Cell, Domain, Knots, Location, Space};
 use crate::sampler::Preimage;
@@ -400,7 +400,7 @@ impl<D: Domain> Probe for Recording<'_, D> {
                     let asked = || self.density_there(point, &location);
                     let density =
                         if given { batch.densities[i] } else { theirs.next().unwrap_or_else(asked) };
-                    let both = i & (ask - 1) == 0 && given && self.density.is_some();
+                    let both = is_asked(i, ask) && given && self.density.is_some();
                     Draw { fate: Fate::Drawn, location, density, asked: if both { asked() } else { density } }
                 }
             });

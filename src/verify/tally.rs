@@ -4,7 +4,7 @@
 //! number of threads.
 
 use super::expectation::{Expectation, FLAT, LeafNote, MODULI, Resolved};
-use super::probe::{Draw, Fate, Probe};
+use super::probe::{Draw, Fate, Probe, is_asked};
 use super::settings::{Drawn, Settings};
 use crate::random::{fill_unit, stream};
 use crate::statistics::Moments;
@@ -324,7 +324,7 @@ fn draw_shard(
                 }),
                 Some(_) => 0.0,
             };
-            counter.count(draw, (note.cell(), scale), xi, i & (ask - 1) == 0, tally);
+            counter.count(draw, (note.cell(), scale), xi, is_asked(i, ask), tally);
         }
         let functions = tally.known.len().max(1);
         for values in values.chunks_exact(functions) {
