@@ -10,8 +10,9 @@ use crate::verify::{Diagnosis, Evidence, Examination, Report, RowsError, Setting
 
 /// Rows that are judged again.
 pub const AGAIN: usize = 1 << 16;
-/// Samples of a program that are judged again, and those that only are looked at.
+/// Samples of a program that are judged again, those by which most conventions are ruled out before, and those that only are looked at.
 const PROGRAM_AGAIN: u64 = 1 << 15;
+const PROGRAM_FIRST: u64 = 1 << 12;
 const GLANCE: usize = 1024;
 /// Frames that are judged, of those under which the rows are likeliest.
 const FRAMES: usize = 4;
@@ -161,8 +162,9 @@ pub fn of_program<D: Coordinates>(program: &mut Program<D>, settings: &Settings)
         let passes = |settings: &Settings| {
             convinces(crate::verify(&*program).settings(settings.clone()).examine(), settings)
         };
-        // First what a wrong convention hardly passes, without what asks for points one by one.
+        // First what a wrong convention hardly passes, without what asks for points one by one: the fewer samples, the fewer cells to integrate over.
         let quick = Settings {
+            samples: PROGRAM_FIRST,
             without: [&settings.without[..], &ONE_BY_ONE.map(str::to_owned)].concat(),
             ..settings.clone()
         };

@@ -20,7 +20,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 const PLACES: usize = 384;
-/// A sampler that is slow to answer is asked at fewer places.
+/// A sampler that is slow to answer is asked at fewer places, from fewer starts.
 const SLOWER: usize = 6;
 const LATTICE: f64 = 1_048_576.0;
 /// Variates keep this far from 0 and 1, for the differences to have room.
@@ -338,13 +338,14 @@ impl Bank {
         // Nearer than this, two solutions are one.
         const APART: f64 = 2e-3;
         const STARTS: usize = 64;
+        let starts = if probe.is_slow() { STARTS / SLOWER } else { STARTS };
         self.asked += 1;
         let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > APART);
         let mut found: Vec<Preimage> = Vec::new();
         let mut unclear = false;
         let leaf = expectation.partition.leaf_of(location);
         let near = [leaf, leaf.wrapping_sub(1), leaf + 1];
-        for start in near.iter().filter_map(|leaf| self.in_leaf.get(leaf)).flatten().take(STARTS) {
+        for start in near.iter().filter_map(|leaf| self.in_leaf.get(leaf)).flatten().take(starts) {
             if !apart(start, xi) || found.iter().any(|other| !apart(start, &other.xi)) {
                 continue;
             }
