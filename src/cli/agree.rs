@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use warpcheck::estimator::{
-    Blocks, Criteria, Estimate, Experiment, Judgement, Lights, Settings, Strategy, agree, sample,
+    Blocks, Criteria, Estimate, Experiment, Judgement, Plan, Settings, Strategy, agree, sample,
+    sampled_passes,
 };
 use warpcheck::picture::{write_atomically, write_png};
 use warpcheck::report;
@@ -59,8 +60,10 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let scene = arguments.lights.scene(&arguments.scene)?;
-    let lights = Lights::load_with(&scene, arguments.lights.sampling())?;
     let strategies = common::strategies(&arguments.strategy, &Experiment::default().strategies)?;
+    let plan = Plan::of(&scene, &strategies, arguments.lights.sampling())?;
+    let lights = plan.lights();
+    let spp = sampled_passes(arguments.spp);
     let reference = match &arguments.reference {
         Some(file) => Some(reference(&scene, file, arguments)?),
         None => own_reference(&scene, arguments)?,
@@ -74,12 +77,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let _folder = OutputFolder::make(&arguments.out)?;
     let stem = common::stem(&arguments.scene);
     let dossier = arguments.report.begin(format!("{stem}: do strategies agree?"))?;
-    let bar = common::progress(u64::from(arguments.spp) * strategies.len() as u64, "passes");
+    let bar = common::progress(u64::from(spp) * strategies.len() as u64, "passes");
     let mut estimates = Vec::new();
     for &strategy in &strategies {
         bar.set_message(format!("{stem} {strategy}"));
         let settings = Settings { spp: arguments.spp, seed: arguments.seed };
-        let estimate = sample(&scene, &lights, strategy, settings, tile, |_| {
+        let estimate = sample(&scene, lights, strategy, settings, tile, |_| {
             bar.inc(1);
             !stop.load(Ordering::Relaxed)
         });
@@ -99,6 +102,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
     }
     let accord = agree(&estimates, Criteria { level: arguments.alpha, ..Criteria::default() })?;
+    if spp != arguments.spp {
+        print(&format!("{spp} samples a pixel: {} make no whole batches\n", arguments.spp))?;
+    }
     print(&report::accord_table(&accord, &estimates, common::style()))?;
     let sheet = arguments.out.join(format!("{}-agree.png", common::file_stem(&stem)));
     write_png(&sheet, &report::accord_sheet(&format!("{stem}: do strategies agree?"), &accord, &estimates))?;
@@ -110,7 +116,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     common::finish(dossier, |page| {
         page.fact("scene", format!("{stem}, {} x {}", scene.picture.width, scene.picture.height))
             .fact("seed", arguments.seed.to_string())
-            .fact("samples a pixel", arguments.spp.to_string())
+            .fact("samples a pixel", spp.to_string())
             .accord(&stem, &accord, &estimates);
     })?;
     Ok(match accord.judgement() {

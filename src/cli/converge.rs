@@ -8,8 +8,8 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use warpcheck::estimator::{
-    self, Budget, Clock, Convergence, Curve, Experiment, Lights, Settings, Strategy, Truth, convergence,
-    render,
+    self, Budget, Clock, Convergence, Curve, Experiment, LONG_RUN, Lights, Plan, Settings, Strategy, Truth,
+    convergence, render,
 };
 use warpcheck::picture::{Picture, write_atomically, write_png};
 use warpcheck::report::html::{Group, Page};
@@ -34,8 +34,8 @@ pub struct Arguments {
     /// CPU seconds for each picture instead; counts then depend on the machine
     #[arg(long, value_name = "S", value_parser = common::seconds, allow_negative_numbers = true)]
     time: Option<f64>,
-    /// What is right: a picture (EXR, HDR), a radiance that is everywhere, or a strategy, of which a long run is made [default: the
-    /// strategy of least variance]
+    /// What is right: a picture (EXR, HDR), a radiance that is everywhere (one number, or red,green,blue), or a strategy, of which a long run is
+    /// made [default: mis-two]
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
     /// Root mean square error to reach, in radiance [default: the least that was reached]
@@ -66,13 +66,19 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
     let clock = Clock::start();
     let mut scene = arguments.lights.scene(&arguments.scene)?;
     scene.picture.exposure = arguments.exposure.unwrap_or(scene.picture.exposure);
-    let lights = Lights::load_with(&scene, arguments.lights.sampling())?;
-    let setup = clock.read();
     let default = Experiment::default();
+    let strategies = common::strategies(&arguments.strategy, &default.strategies)?;
     let truth = match &arguments.reference {
         Some(given) => truth(&scene, given)?,
         None => Truth::LongRun(None),
     };
+    let mut rendered = strategies.clone();
+    if let Truth::LongRun(named) = &truth {
+        rendered.push(named.unwrap_or(LONG_RUN));
+    }
+    let planned = Plan::of(&scene, &rendered, arguments.lights.sampling())?;
+    let lights = planned.lights();
+    let setup = clock.read();
     let stop = common::stop_on_ctrl_c();
     arguments.json.as_deref().map(|file| common::output_file(file, &arguments.out)).transpose()?;
     let _folder = OutputFolder::make(&arguments.out)?;
@@ -86,7 +92,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
     let mine = bar.clone();
     let budget = arguments.time.map(Budget::Seconds).or(arguments.spp.map(Budget::Passes));
     let plan = Experiment {
-        strategies: common::strategies(&arguments.strategy, &default.strategies)?,
+        strategies,
         seeds: arguments.seeds,
         budget: budget.unwrap_or(default.budget),
         seed: arguments.seed,
@@ -99,7 +105,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
         stop: Some(Arc::clone(&stop)),
         ..default
     };
-    let found = convergence(&scene, &lights, &plan);
+    let found = convergence(&scene, lights, &plan);
     bar.finish_and_clear();
     let out = |ending: &str| arguments.out.join(format!("{}-converge{ending}", common::file_stem(&stem)));
     let stopped = |done: &str| print(&format!("stopped: {done}\n"));
@@ -119,7 +125,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
     let csv = report::convergence_to_csv(&found);
     write_atomically(out(".csv"), |file| file.write_all(csv.as_bytes()))?;
     if let Some(file) = &arguments.json {
-        let json = format!("{:#}\n", report::convergence_to_json(&found, setup));
+        let json = format!("{:#}\n", report::convergence_to_json(&found, setup, arguments.reach));
         write_atomically(file, |out| out.write_all(json.as_bytes()))?;
     }
     let svg = report::convergence_plot(&title, &found).context("can't draw the plot")?;
@@ -136,7 +142,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
     let mut at_times = Vec::new();
     if let Some(seconds) = found.common_time() {
         let at =
-            |seconds: f64| AtEqualTime { seconds, pictures: found.at_equal_time(&scene, &lights, seconds) };
+            |seconds: f64| AtEqualTime { seconds, pictures: found.at_equal_time(&scene, lights, seconds) };
         let times = [seconds / 8.0, seconds].map(at);
         let sheet = report::convergence_sheet(&stem, &found, &times, common::tone(&scene));
         write_png(out("-sheet.png"), &sheet)?;
@@ -144,7 +150,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
         at_times = times.into();
     }
     if page.is_some() || dossier.is_some() {
-        let equal = equal_samples(&scene, &lights, &found, arguments.seed);
+        let equal = equal_samples(&scene, lights, &found, arguments.seed);
         let fill = |page: &mut Page| {
             page.convergence(&stem, &found, setup, &at_times, &equal, common::tone(&scene)).map(|_| ())
         };
@@ -181,11 +187,15 @@ fn truth(scene: &Scene, given: &Path) -> Result<Truth> {
     if let Ok(strategy) = text.parse() {
         return Ok(Truth::LongRun(Some(strategy)));
     }
-    Ok(Truth::Picture(match text.parse::<f32>() {
-        Ok(radiance) if radiance.is_finite() && radiance >= 0.0 => {
-            Picture::from_fn(width, height, |_, _| [radiance; 3])
-        }
-        Ok(radiance) => bail!("a reference of radiance {radiance} makes no sense"),
-        Err(_) => common::reference(scene, given)?,
-    }))
+    let numbers: Result<Vec<f32>, _> = text.split(',').map(str::parse).collect();
+    let radiance = match numbers.as_deref() {
+        Ok(&[grey]) => [grey; 3],
+        Ok(&[r, g, b]) => [r, g, b],
+        Ok(_) => bail!("a reference of radiance {text} is neither one number nor red,green,blue"),
+        Err(_) => return Ok(Truth::Picture(common::reference(scene, given)?)),
+    };
+    if !radiance.iter().all(|r| r.is_finite() && *r >= 0.0) {
+        bail!("a reference of radiance {text} makes no sense");
+    }
+    Ok(Truth::Picture(Picture::from_fn(width, height, |_, _| radiance)))
 }

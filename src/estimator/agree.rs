@@ -8,7 +8,7 @@
 //! Welch's test wants means that are normal. Light that comes in few, bright samples makes others: as long as none has come, the mean is
 //! too small and its standard error knows nothing of it. So a tile
 //!
-//! - is *unseen* if fewer than [`Criteria::least_seen`] samples make up its mean in either estimate (Kish's effective number, see
+//! - is *unseen* if it shows a lobe that so many samples of the strategy hardly find (those of lights, and sharp mirrors), or if fewer than [`Criteria::least_seen`] samples make up its mean in either estimate (Kish's effective number, see
 //!   [`Blocks::effective`]). What is unseen here can be unseen in a tile that is bright for other reasons, so
 //!   its neighbours are *beside* it, unless they are a hundred times brighter than either estimate of it, and neither is tested;
 //! - is *thin* if fewer than [`Criteria::least_effective`] do; is *skewed* if the skewness of the batch means is more than 4 standard errors
@@ -22,13 +22,14 @@
 //! - is *dark* if no estimate has seen light in it. That is agreement as far as anybody can tell, and is counted apart; two pictures that are dark
 //!   all over are inconclusive.
 //!
-//! What stays untested is named, and makes a pair inconclusive if it is more than [`Criteria::negligible`] of the light or
+//! What stays untested is named, and makes a pair inconclusive if it would have been an alarm, or is more than [`Criteria::negligible`] of the light or
 //! [`Criteria::negligible_tiles`] of the tiles. Events so rare that no estimate has a tile full of them leave no trace.
 //!
 //! What agreement is worth is said as an equivalence: the means differ by less than so much with 99% confidence ([`Pair::brightness_within`],
 //! [`Pair::tiles_within`]), the ends of the intervals of the same tests.
 
 use super::film::pixels_of_block;
+use super::reach::out_of_reach;
 use super::{Blocks, Error, Film, Judgement, Lights, Progress, Settings, Strategy, render};
 use crate::picture::Picture;
 use crate::random::stream;
@@ -76,6 +77,8 @@ pub struct Estimate {
     pub non_finite: u64,
     tiles: Vec<Tile>,
     batches: usize,
+    /// Tiles with lobes that the samples hardly find.
+    out_of_reach: Vec<bool>,
     /// All batches together; `None` if only tiles are known.
     film: Option<Film>,
 }
@@ -158,7 +161,8 @@ impl Estimate {
             squares: [0.0; 3],
         };
         let tiles = (0..columns * rows).map(tile).collect();
-        Self { name, size, columns, rows, non_finite: 0, tiles, batches: 0, film: None }
+        let out_of_reach = vec![false; columns * rows];
+        Self { name, size, columns, rows, non_finite: 0, tiles, batches: 0, out_of_reach, film: None }
     }
 
     fn add(&mut self, film: &Film) {
@@ -245,7 +249,16 @@ fn mean(values: impl Iterator<Item = DVec3>) -> Option<DVec3> {
     (count > 0).then(|| sum / f64::from(count))
 }
 
-/// Renders an estimate of `spp` passes a pixel, rounded up to a multiple of the batches (32, or as many as there are passes; at least 16).
+/// The samples a pixel that [`sample`] takes where `spp` are asked for: a multiple of the batches (32, or as many as there are passes; at least 16).
+pub fn sampled_passes(spp: u32) -> u32 {
+    spp.div_ceil(batches(spp)) * batches(spp)
+}
+
+fn batches(spp: u32) -> u32 {
+    spp.clamp(LEAST_BATCHES, BATCHES)
+}
+
+/// Renders an estimate of [`sampled_passes`] passes a pixel.
 /// `on_pass` says whether to go on; `None` if it did not.
 ///
 /// # Panics
@@ -258,15 +271,16 @@ pub fn sample(
     tile: usize,
     mut on_pass: impl FnMut(Progress) -> bool,
 ) -> Option<Estimate> {
-    let batches = spp.clamp(LEAST_BATCHES, BATCHES);
+    let (batches, passes) = (batches(spp), sampled_passes(spp));
     let empty = Film::new(scene.picture.width as usize, scene.picture.height as usize);
     let mut estimate =
         Estimate::empty(strategy.to_string(), &empty.blocks(tile), empty.width(), empty.height());
+    estimate.out_of_reach = out_of_reach(scene, strategy, passes, tile);
     let mut go_on = true;
     for batch in 0..batches {
         // A seed for every strategy and batch: what is compared has to be independent.
         let seed = stream(seed, &format!("agree {strategy}"), u64::from(batch)).next_u64();
-        let settings = Settings { spp: spp.div_ceil(batches), seed };
+        let settings = Settings { spp: passes / batches, seed };
         let rendered = render(scene, lights, strategy, settings, |progress| {
             go_on = on_pass(progress);
             go_on
@@ -451,8 +465,12 @@ pub fn agree(estimates: &[Estimate], criteria: Criteria) -> Result<Accord, Error
         pair.p = adjusted[from..from + ps.len()].iter().copied().fold(1.0, f64::min);
         from += ps.len();
         let lit = pair.tested() + pair.doubtful();
+        // What would have been an alarm is never negligible.
+        let alarmed =
+            pair.count(|t| matches!(t, TileTest::Doubtful(Doubt::FewPixels | Doubt::TailAround))) > 0;
         // Two black pictures are no evidence.
         let untested = lit == 0
+            || alarmed
             || pair.doubtful() as f64 > criteria.negligible_tiles * lit as f64
             || pair.untested_light > criteria.negligible;
         pair.judgement = match () {
@@ -504,7 +522,9 @@ fn compare_two(
     let (columns, rows) = (both[0].columns, both[0].rows);
     let number = columns * rows;
     let lit = |tile: usize, c: usize| both.iter().any(|e| e.mean(tile, c) != 0.0);
-    let doubts: Vec<_> = (0..number).map(|t| doubt(both, &[t], criteria, lit)).collect();
+    let beyond = |t: usize| both.iter().any(|e| e.out_of_reach[t]);
+    let own = |t: usize| if beyond(t) { Some(Doubt::Unseen) } else { doubt(both, &[t], criteria, lit) };
+    let doubts: Vec<_> = (0..number).map(own).collect();
     let around = |tile: usize| {
         let (x, y) = (tile % columns, tile / columns);
         let (xs, ys) =
@@ -585,7 +605,9 @@ fn compare_two(
     let brightness_within =
         overall.iter().flatten().map(|t| t.within(3)).reduce(f64::max).unwrap_or(f64::INFINITY);
     let light = |t: usize| brightest(t) * both[0].tiles[t].pixels;
-    let untested: f64 = (0..number).filter(|&t| matches!(tiles[t], TileTest::Doubtful(_))).map(light).sum();
+    // (Not `sum`, which is -0 of nothing.)
+    let untested =
+        (0..number).filter(|&t| matches!(tiles[t], TileTest::Doubtful(_))).map(light).fold(0.0, |a, b| a + b);
     let all: f64 = (0..number).map(light).sum();
     let mut corrected = p_values.clone();
     corrected.extend(overall.iter().flatten().map(|t| t.p));

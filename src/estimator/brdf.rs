@@ -112,6 +112,16 @@ impl Reflection {
         }
     }
 
+    /// The share of the hemisphere that the glossy lobe fills, about: the mean of its density over the hemisphere over its largest value.
+    pub(super) fn lobe_share(&self) -> Option<f64> {
+        match self.shape {
+            _ if !(self.glossy_share > 0.0) => None,
+            Shape::Phong { exponent } => Some(1.0 / (f64::from(exponent) + 1.0)),
+            // Half vectors within alpha of the normal; directions turn twice as fast.
+            Shape::Ggx { alpha } => Some((2.0 * f64::from(alpha).powi(2)).min(1.0)),
+        }
+    }
+
     /// The BRDF for a viewer in direction `out`, a unit vector; black, and without samples, unless it is above the surface.
     #[inline]
     pub fn seen_from(&self, out: Vec3) -> Brdf {

@@ -20,7 +20,7 @@
 //!
 //! Everything but the times is the same to the last bit for any number of threads.
 
-use super::{Clock, Cost, Film, Lights, Settings, Strategy, render};
+use super::{Clock, Cost, Film, Integrator, Lights, Settings, Strategy, reach::out_of_reach, render};
 use crate::picture::{Field, Picture};
 use crate::random::stream;
 use crate::sampler::Heuristic;
@@ -92,11 +92,14 @@ pub enum Budget {
     Seconds(f64),
 }
 
+/// The strategy that a long run is made by: it draws both from the lights and from the lobes, so that nothing stays unseen for long. (The one of least
+/// variance, by its own account, may be one that has not seen what there is.)
+pub const LONG_RUN: Strategy = Strategy::MisTwo { heuristic: Heuristic::Balance };
+
 /// What pictures are compared with.
 #[derive(Clone, Debug)]
 pub enum Truth {
-    /// 16 times as many samples of a strategy, from other seeds; if none is named, of the one on the list whose samples have the least
-    /// variance, as a pilot says. Its error is estimated.
+    /// 16 times as many samples of a strategy, from other seeds; if none is named, of [`LONG_RUN`]. Its error is estimated.
     LongRun(Option<Strategy>),
     /// A picture of the same size, taken as exact.
     Picture(Picture),
@@ -210,6 +213,11 @@ pub struct Curve {
     pub cost: Field,
     /// Samples that were NaN or infinite, in all pictures.
     pub non_finite: u64,
+    /// CPU seconds of a picture before its first pass, which are not in the times of the rungs: `mis:auto` chooses its weights.
+    pub before: Measured,
+    /// Share of the tiles that show a lobe which the samples of the largest count hardly find. What error it has there is not known until they do,
+    /// so that slope, efficiency and time to reach an error are none of the whole picture.
+    pub out_of_reach: f64,
 }
 
 /// Relative errors below this are those of `f32` pictures.
@@ -291,6 +299,8 @@ struct Run {
     claimed: f64,
     outliers: f64,
     non_finite: u64,
+    /// CPU seconds before the first pass.
+    before: f64,
 }
 
 /// Renders and measures.
@@ -399,8 +409,6 @@ struct Work<'a> {
     plan: &'a Experiment,
     /// Passes of each strategy.
     passes: Vec<u32>,
-    /// Place on the list of the strategy whose samples have the least variance.
-    best: usize,
     done: AtomicU64,
     total: u64,
 }
@@ -408,21 +416,21 @@ struct Work<'a> {
 impl<'a> Work<'a> {
     fn new(scene: &'a Scene, lights: &'a Lights, plan: &'a Experiment) -> Self {
         let count = plan.strategies.len();
-        let mut work =
-            Self { scene, lights, plan, passes: Vec::new(), best: 0, done: AtomicU64::new(0), total: 0 };
-        let pilots = work.on_threads(count, |i| {
-            let strategy = plan.strategies[i];
-            let clock = Clock::start();
-            let settings = Settings { spp: PILOT, seed: seed_of(plan.seed, "pilot", strategy, 0) };
-            let film = render(scene, lights, strategy, settings, |_| !work.stopped()).film;
-            (claimed_variance(&film), clock.read().cpu.as_secs_f64() / f64::from(PILOT))
-        });
+        let mut work = Self { scene, lights, plan, passes: Vec::new(), done: AtomicU64::new(0), total: 0 };
         work.passes = match plan.budget {
             Budget::Passes(passes) => vec![passes.max(2); count],
-            Budget::Seconds(s) => pilots.iter().map(|&(_, pass)| ((s / pass) as u32).max(2)).collect(),
+            Budget::Seconds(s) => work.on_threads(count, |i| {
+                let strategy = plan.strategies[i];
+                let settings = Settings { spp: 0, seed: seed_of(plan.seed, "pilot", strategy, 0) };
+                let integrator = Integrator::new(scene, lights, strategy);
+                let mut pilot = render(scene, lights, strategy, settings, |_| true);
+                pilot.prepare(&integrator);
+                let clock = Clock::start();
+                pilot.resume_with(&integrator, PILOT, |_| !work.stopped());
+                let pass = clock.read().cpu.as_secs_f64() / f64::from(PILOT);
+                ((s / pass) as u32).max(2)
+            }),
         };
-        let least = |a: &usize, b: &usize| pilots[*a].0.total_cmp(&pilots[*b].0);
-        work.best = (0..count).min_by(least).unwrap_or(0);
         let pictures = work.passes.iter().map(|&p| u64::from(p) * u64::from(plan.seeds)).sum::<u64>();
         work.total = pictures + u64::from(work.reference_passes());
         work
@@ -430,7 +438,12 @@ impl<'a> Work<'a> {
 
     fn reference_passes(&self) -> u32 {
         match self.plan.truth {
-            Truth::LongRun(_) => self.passes[self.best].saturating_mul(REFERENCE),
+            Truth::LongRun(named) => {
+                let strategy = named.unwrap_or(LONG_RUN);
+                let place = self.plan.strategies.iter().position(|&listed| listed == strategy);
+                let passes = place.map(|i| self.passes[i]).or(self.passes.iter().copied().min());
+                passes.map_or(0, |passes| passes.saturating_mul(REFERENCE))
+            }
             Truth::Picture(_) => 0,
         }
     }
@@ -487,7 +500,7 @@ impl<'a> Work<'a> {
                 };
             }
         };
-        let strategy = named.unwrap_or(self.plan.strategies[self.best]);
+        let strategy = named.unwrap_or(LONG_RUN);
         let clock = Clock::start();
         let settings = Settings {
             spp: self.reference_passes(),
@@ -511,13 +524,17 @@ impl<'a> Work<'a> {
         }
         let (strategy, most) = (self.plan.strategies[strategy], self.passes[strategy]);
         let settings = Settings { spp: 0, seed: seed_of(self.plan.seed, "picture", strategy, number) };
+        let integrator = Integrator::new(self.scene, self.lights, strategy);
         let mut rendered = render(self.scene, self.lights, strategy, settings, |_| true);
+        let clock = Clock::start();
+        rendered.prepare(&integrator);
+        run.before = clock.read().cpu.as_secs_f64();
         let counts =
             std::iter::successors(Some(1_u32), |n| n.checked_mul(2)).take_while(|&n| n < most).chain([most]);
         let mut cost = Cost::default();
         for passes in counts {
             let clock = Clock::start();
-            rendered.resume(self.scene, self.lights, passes, |_| self.pass());
+            rendered.resume_with(&integrator, passes, |_| self.pass());
             cost += clock.read();
             if rendered.passes < passes {
                 break;
@@ -664,6 +681,11 @@ fn curve(scene: &Scene, strategy: Strategy, runs: &[&Run], reference: &Reference
         claimed: whole.iter().map(|r| r.claimed).sum::<f64>() / whole.len() as f64 / squared,
         cost,
         non_finite: runs.iter().map(|r| r.non_finite).sum(),
+        before: Measured::of(runs.iter().map(|r| r.before)),
+        out_of_reach: {
+            let tiles = out_of_reach(scene, strategy, rungs.last().map_or(0, |r| r.passes), WINNER_TILE);
+            tiles.iter().filter(|&&beyond| beyond).count() as f64 / tiles.len() as f64
+        },
         rungs,
     }
 }

@@ -53,19 +53,21 @@ mod integrator;
 mod light_sampling;
 mod lights;
 mod plan;
+mod reach;
 mod render;
 mod saved;
 mod strategy;
 
 pub use agree::{
     Accord, CONFIDENCE as AGREEMENT_CONFIDENCE, Criteria, Doubt, Estimate, Pair, TileTest, agree, sample,
+    sampled_passes,
 };
 pub use agreement::{Agreement, Deviation, Judgement, Rules, compare};
 pub use brdf::{Brdf, Reflection};
 pub use clock::{Clock, Cost};
 pub use convergence::{
-    Budget, CONFIDENCE, Convergence, Curve, Experiment, Interval, Measured, OUTLIERS, Reference, Region,
-    Rung, Truth, WINNER_TILE, convergence, regions_by_material,
+    Budget, CONFIDENCE, Convergence, Curve, Experiment, Interval, LONG_RUN, Measured, OUTLIERS, Reference,
+    Region, Rung, Truth, WINNER_TILE, convergence, regions_by_material,
 };
 pub use error::Error;
 pub use film::{Blocks, Film, Pixel};

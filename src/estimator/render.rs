@@ -130,10 +130,8 @@ impl Rendered {
             "the picture's size has changed"
         );
         assert_eq!(self.strategy, integrator.strategy(), "the strategy has changed");
-        if self.strategy == Strategy::MisAuto && self.weights.is_none() && self.passes < spp {
-            let start = Instant::now();
-            self.weights = Some(choose_weights(integrator, width, height, self.seed));
-            self.time += start.elapsed();
+        if self.passes < spp {
+            self.prepare(integrator);
         }
         // Compiled once for each set of lobes, so that no sample asks for one that the scene hasn't.
         let pass = match integrator.lobes() {
@@ -150,6 +148,17 @@ impl Rendered {
             if !on_pass(Progress { passes, total: spp, film, time }) {
                 break;
             }
+        }
+    }
+
+    /// Does now what comes before the first pass, if it is not done: [`Strategy::MisAuto`] chooses its weights.
+    pub fn prepare(&mut self, integrator: &Integrator) {
+        if self.strategy == Strategy::MisAuto && self.weights.is_none() {
+            let start = Instant::now();
+            let picture = integrator.scene().picture;
+            let (width, height) = (picture.width as usize, picture.height as usize);
+            self.weights = Some(choose_weights(integrator, width, height, self.seed));
+            self.time += start.elapsed();
         }
     }
 

@@ -5,7 +5,11 @@ use std::fmt::Write;
 
 /// Where errors are compared: the root mean square error of the strategy that came closest, which is what each is asked to reach unless told.
 fn target(found: &Convergence) -> Option<f64> {
-    let last = inexact(found).filter_map(|c| c.last()).map(|r| r.squared.mean).filter(|e| *e > 0.0);
+    let last = inexact(found)
+        .filter(|c| c.out_of_reach == 0.0)
+        .filter_map(|c| c.last())
+        .map(|r| r.squared.mean)
+        .filter(|e| *e > 0.0);
     last.reduce(f64::min).map(f64::sqrt)
 }
 
@@ -13,9 +17,13 @@ fn inexact(found: &Convergence) -> impl Iterator<Item = &Curve> {
     found.curves.iter().filter(|curve| !curve.is_exact())
 }
 
-/// The efficiency of the best of those that have an error.
+/// The efficiency of the best of those that have an error, and can know it.
 pub(super) fn best_efficiency(found: &Convergence) -> f64 {
-    inexact(found).map(|c| c.efficiency).filter(|e| e.is_finite()).fold(0.0, f64::max)
+    inexact(found)
+        .filter(|c| c.out_of_reach == 0.0)
+        .map(|c| c.efficiency)
+        .filter(|e| e.is_finite())
+        .fold(0.0, f64::max)
 }
 
 fn root(m: Measured) -> String {
@@ -99,16 +107,18 @@ pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -
         "claimed variance"
     );
     for curve in inexact(found).filter(|c| c.last().is_some()) {
-        let (samples, seconds) = curve.to_reach(reach).map_or(("-".to_owned(), "-".to_owned()), |(n, t)| {
-            let beyond = curve.last().is_some_and(|l| n > 1.001 * f64::from(l.passes));
-            (format!("{}{n:.0}", if beyond { "~" } else { "" }), format!("{t:.2}"))
-        });
+        let known = curve.out_of_reach == 0.0;
+        let (samples, seconds) =
+            curve.to_reach(reach).filter(|_| known).map_or(("-".to_owned(), "-".to_owned()), |(n, t)| {
+                let beyond = curve.last().is_some_and(|l| n > 1.001 * f64::from(l.passes));
+                (format!("{}{n:.0}", if beyond { "~" } else { "" }), format!("{t:.2}"))
+            });
         let _ = writeln!(
             out,
             "{:width$}  {:>10.3e} {:>14}  {samples:>20} {seconds:>9}  {:>20}  {:>10.1}% {:>16}",
             name(curve),
             curve.efficiency,
-            over_best(best / curve.efficiency),
+            if known { over_best(best / curve.efficiency) } else { "-".to_owned() },
             format!("{:.1e} ± {:.0e}", curve.squared_bias.mean, curve.squared_bias.error),
             100.0 * curve.outliers.mean,
             over_best(curve.claimed),
@@ -131,7 +141,7 @@ pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -
             None => "given, taken as exact: its own error shows as bias^2".to_owned(),
         },
         found.epsilon,
-        found.seeds,
+        seeds_of(found),
         found.seed,
         found.tile,
         cpu.as_secs_f64(),
@@ -140,8 +150,23 @@ pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -
     let _ = writeln!(
         out,
         "efficiency: 1 / (squared error x CPU s); worst 0.1%: their share of the squared error; claimed variance: that of the film over the squared error, \
-         1 unless light is yet unseen; ~: beyond what was measured"
+         less than 1 where light is yet unseen; ~: beyond what was measured"
     );
+    for curve in found.curves.iter().filter(|c| c.out_of_reach > 0.0) {
+        let _ = writeln!(
+            out,
+            "{}: its samples hardly find the lobes that {:.0}% of the tiles show. Its error there is not known until they do: what is above is mostly luck",
+            curve.strategy,
+            100.0 * curve.out_of_reach
+        );
+    }
+    for curve in found.curves.iter().filter(|c| c.before.mean > 1e-3) {
+        let _ = writeln!(
+            out,
+            "{}: {:.3} s CPU a picture before its first pass, not in the times above",
+            curve.strategy, curve.before.mean
+        );
+    }
     for curve in found.curves.iter().filter(|c| c.non_finite > 0) {
         let _ = writeln!(
             out,
@@ -150,6 +175,16 @@ pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -
         );
     }
     out
+}
+
+/// How many pictures of each strategy came, of as many as there should be.
+pub(super) fn seeds_of(found: &Convergence) -> String {
+    let came = found.curves.iter().filter_map(|c| c.last()).map(|r| r.seeds).min().unwrap_or(0);
+    if came as u64 == u64::from(found.seeds) {
+        came.to_string()
+    } else {
+        format!("{came} of {}", found.seeds)
+    }
 }
 
 /// Errors of parts of the picture at equal time, over the least of all strategies.
@@ -220,16 +255,16 @@ pub fn convergence_to_csv(found: &Convergence) -> String {
     out
 }
 
-/// Everything that was measured. `schema_version` grows when the meaning of a field changes.
+/// Everything that was measured; `reach` as in [`convergence_table`]. `schema_version` grows when the meaning of a field changes.
 #[cfg(feature = "json")]
-pub fn convergence_to_json(found: &Convergence, setup: Cost) -> serde_json::Value {
+pub fn convergence_to_json(found: &Convergence, setup: Cost, reach: Option<f64>) -> serde_json::Value {
     use serde_json::{Value, json};
     let measured = |m: Measured| json!({ "mean": m.mean, "standard_error": m.error });
     let interval = |s: Option<Interval>| {
         s.map_or(Value::Null, |s| json!({ "value": s.value, "half_width": s.half_width }))
     };
     let power = |f: Option<(f64, f64)>| f.map_or(Value::Null, |(a, b)| json!({ "factor": a, "exponent": b }));
-    let reach = target(found);
+    let reach = reach.or_else(|| target(found));
     let curves = found.curves.iter().map(|c| {
         let rungs = c.rungs.iter().map(|r| {
             let regions = found.regions.iter().zip(&r.regions).map(|(n, m)| (n.0.clone(), measured(*m)));
@@ -244,7 +279,8 @@ pub fn convergence_to_json(found: &Convergence, setup: Cost) -> serde_json::Valu
                 "regions": regions.collect::<serde_json::Map<_, _>>(),
             })
         });
-        let reached = reach.and_then(|e| c.to_reach(e)).map_or(
+        let known = c.out_of_reach == 0.0;
+        let reached = reach.filter(|_| known).and_then(|e| c.to_reach(e)).map_or(
             Value::Null,
             |(samples, seconds)| json!({ "rms_error": reach, "samples": samples, "cpu_seconds": seconds }),
         );
@@ -260,6 +296,8 @@ pub fn convergence_to_json(found: &Convergence, setup: Cost) -> serde_json::Valu
             "squared_bias": measured(c.squared_bias),
             "outliers": measured(c.outliers),
             "claimed_variance": c.claimed,
+            "cpu_seconds_before": measured(c.before),
+            "out_of_reach": c.out_of_reach,
             "non_finite": c.non_finite,
         })
     });

@@ -1,5 +1,6 @@
 //! Error against run time as a plot.
 
+use super::convergence::{best_efficiency, seeds_of};
 use super::plot::{Failure, colour, font};
 use crate::estimator::{CONFIDENCE, Convergence, Curve, Measured};
 use crate::statistics::student_t;
@@ -131,7 +132,7 @@ fn draw<'a>(title: &str, found: &Convergence, text: &'a mut String) -> Result<()
     }
 
     let middle = |size| font(size).pos(Pos::new(HPos::Left, VPos::Center));
-    let best = found.curves.iter().map(|c| c.efficiency).filter(|e| e.is_finite()).fold(0.0, f64::max);
+    let best = best_efficiency(found);
     let mut y = 64;
     for (i, curve) in found.curves.iter().enumerate() {
         let colour = colour(i);
@@ -145,6 +146,7 @@ fn draw<'a>(title: &str, found: &Convergence, text: &'a mut String) -> Result<()
         };
         legend.draw(&Text::new(slope, (46, y + 22), middle(15)))?;
         let efficiency = match best / curve.efficiency {
+            _ if curve.out_of_reach > 0.0 => "has not seen all there is".to_owned(),
             x if !x.is_finite() => String::new(),
             x if x < 1.005 => "the most efficient".to_owned(),
             x if x < 9.95 => format!("{x:.1} times the time for equal error"),
@@ -159,7 +161,7 @@ fn draw<'a>(title: &str, found: &Convergence, text: &'a mut String) -> Result<()
     }
     legend.draw(&Text::new("slope -1/2", (46, y), middle(14)))?;
     for line in [
-        format!("{} seeds; bars and ± are 95% intervals", found.seeds),
+        format!("{} seeds; bars and ± are 95% intervals", seeds_of(found)),
         "time of one thread, without set-up".to_owned(),
         match found.reference.run {
             Some((strategy, passes)) => format!("reference: {strategy} at {passes} samples a pixel"),

@@ -215,6 +215,17 @@ fn a_stalled_film_is_caught() {
     }
 }
 
+/// Samples of the lamp see the diffuse base of a mirror and nothing else of it, so that their mean there looks as if it were known.
+#[test]
+fn a_mirror_over_a_diffuse_base_is_no_alarm() {
+    let (scene, lights) = shipped("three_spheres", &[("= 256", "= 64"), ("= 128", "= 32")]);
+    let two = Strategy::MisTwo { heuristic: Heuristic::Balance };
+    let estimates = [LIGHT, two].map(|strategy| draw(&scene, &lights, strategy, 64, 1, 8));
+    let accord = judge(&estimates);
+    assert_eq!(accord.judgement(), Judgement::Inconclusive);
+    assert!(accord.pairs[0].count(|t| *t == TileTest::Doubtful(Doubt::Unseen)) > 0);
+}
+
 /// Light sampling hardly ever finds the lobe of a sharp plate: neither agreement nor an alarm, and the plates are named.
 #[test]
 fn heavy_tails_are_inconclusive() {
@@ -416,6 +427,22 @@ fn a_lamp_that_few_tiles_have_seen_is_no_alarm() {
     }
     let accord = judge(&[Estimate::from_films("half", &films(1, SIDE / 2), 8), known]);
     assert_eq!(accord.judgement(), Judgement::Differ);
+}
+
+/// However little light a tile has that would have been an alarm: it is named, and the pictures do not agree.
+#[test]
+fn what_would_have_been_an_alarm_is_not_negligible() {
+    let right = Estimate::from_films("right", &noisy(128, 0.3, 1, |_, _| 1.0), 8);
+    let spot = |x, y| if (x, y) == (20, 20) { 33.0 } else { 1.0 };
+    let accord = judge(&[right, Estimate::from_films("spot", &noisy(128, 0.3, 2, spot), 8)]);
+    let pair = &accord.pairs[0];
+    assert!(
+        pair.untested_light < 0.01 && pair.doubtful() == 1,
+        "{} {}",
+        pair.untested_light,
+        pair.doubtful()
+    );
+    assert_eq!(accord.judgement(), Judgement::Inconclusive);
 }
 
 /// The noise of a picture whose samples are not known is seen in its pixels, on a slope too; said to be exact, it is a difference.

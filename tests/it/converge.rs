@@ -11,7 +11,7 @@ use warpcheck::estimator::{
     Budget, Convergence, Cost, Experiment, Lights, Strategy, Truth, convergence, regions_by_material,
 };
 use warpcheck::picture::Picture;
-use warpcheck::report::{convergence_plot, convergence_to_json};
+use warpcheck::report::{convergence_plot, convergence_table, convergence_to_json};
 use warpcheck::sampler::Heuristic;
 use warpcheck::scene::Scene;
 
@@ -23,8 +23,14 @@ fn data(path: &str) -> PathBuf {
 }
 
 fn cornell(size: &str) -> (Scene, Lights) {
-    let file = data("scene/cornell.toml");
-    let text = fs::read_to_string(&file).unwrap().replace("256", size);
+    shipped("cornell", &[("= 256", &format!("= {size}"))])
+}
+
+/// A shipped scene with parts of its file replaced.
+fn shipped(name: &str, changes: &[(&str, &str)]) -> (Scene, Lights) {
+    let file = data(&format!("scene/{name}.toml"));
+    let text = fs::read_to_string(&file).unwrap();
+    let text = changes.iter().fold(text, |text, (from, to)| text.replace(from, to));
     let scene = Scene::from_toml(&text, &file).unwrap();
     let lights = Lights::load(&scene).unwrap();
     (scene, lights)
@@ -124,11 +130,58 @@ fn bias_is_measured() {
     assert!(!curve.slope_samples.unwrap().contains(-0.5));
 }
 
+/// The samples of a lamp never find a mirror, and have no variance there: they are no reference, and their figures none to go by.
+#[test]
+fn who_has_not_seen_the_mirror_is_no_judge() {
+    let (scene, lights) = shipped("three_spheres", &[("= 256", "= 64"), ("= 128", "= 32")]);
+    let found = convergence(&scene, &lights, &plan(&[LIGHT, Strategy::MisAuto], 8));
+    assert_eq!(found.reference.run, Some((Strategy::MisTwo { heuristic: Heuristic::Balance }, 16 * 8)));
+    let [light, auto] = &found.curves[..] else { panic!() };
+    println!("{} of the tiles, claimed {}", light.out_of_reach, light.claimed);
+    assert!(light.out_of_reach > 0.03 && light.claimed < 0.5);
+    assert_eq!(auto.out_of_reach, 0.0);
+    // Weights are chosen before the first pass, and that pass is like the others.
+    let first = &auto.rungs[0];
+    assert!(auto.before.mean > 4.0 * first.cpu.mean, "{:?} {:?}", auto.before, first.cpu);
+    let table = convergence_table(&found, Cost::default(), None);
+    assert!(
+        table.contains("light: its samples hardly find the lobes") && table.contains("mis:auto: "),
+        "{table}"
+    );
+    let json = convergence_to_json(&found, Cost::default(), Some(0.02));
+    assert!(json["strategies"][0]["to_reach"].is_null(), "{json}");
+    assert_eq!(json["strategies"][1]["to_reach"]["rms_error"], 0.02);
+}
+
+/// A furnace's radiance is known, channel by channel.
+#[test]
+fn a_reference_has_three_channels() {
+    let folder = tempdir().unwrap();
+    let run = |reference: &str| {
+        let scene = data("scene/furnace.toml");
+        let words =
+            ["converge", scene.to_str().unwrap(), "--strategy", "uniform", "--spp", "4", "--seeds", "2"];
+        let mut command = Command::new(cargo_bin!("warpcheck"));
+        command.current_dir(folder.path()).args(words).args(["--reference", reference]);
+        let output = command.output().unwrap();
+        let said = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+        (output.status.code(), said)
+    };
+    let (code, said) = run("0.8,0.5,0.2");
+    assert!(code == Some(0) && said.contains("reference: given"), "{said}");
+    for wrong in ["0.8,0.5", "1,1,-1"] {
+        let (code, said) = run(wrong);
+        assert!(code == Some(2) && said.contains(&format!("a reference of radiance {wrong}")), "{said}");
+    }
+}
+
 /// Everything but the times: JSON without them.
 fn without_times(found: &Convergence) -> serde_json::Value {
-    let mut json = convergence_to_json(found, Cost::default());
+    let mut json = convergence_to_json(found, Cost::default(), None);
     for strategy in json["strategies"].as_array_mut().unwrap() {
-        for key in ["slope_over_time", "squared_error_over_time", "efficiency", "to_reach"] {
+        for key in
+            ["slope_over_time", "squared_error_over_time", "efficiency", "to_reach", "cpu_seconds_before"]
+        {
             assert!(strategy.as_object_mut().unwrap().remove(key).is_some(), "{key}");
         }
         for rung in strategy["rungs"].as_array_mut().unwrap() {

@@ -93,7 +93,8 @@ impl Page {
         let rows = found.curves.iter().filter_map(|curve| {
             let last = curve.last()?;
             let slope = curve.slope_time;
-            let over = if curve.is_exact() { f64::NAN } else { best / curve.efficiency };
+            let over =
+                if curve.is_exact() || curve.out_of_reach > 0.0 { f64::NAN } else { best / curve.efficiency };
             Some(Row::new([
                 Cell::new(curve.strategy.to_string()),
                 Cell::number(f64::from(last.passes), count(u64::from(last.passes))),
