@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
-use warpcheck::estimator::{Integrator, Plan, Progress, Rendered, Settings, Strategy, render};
+use warpcheck::estimator::{Integrator, Plan, Progress, Rendered, Settings, Strategy, out_of_reach, render};
 use warpcheck::picture::{Canvas, Sheet, Tile, write_atomically, write_exr, write_png};
 use warpcheck::report;
 use warpcheck::report::html::Group;
@@ -161,7 +161,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 let named = format!("{stem}-{strategy}-{}spp", rendered.passes);
                 let path = arguments.out.join(common::file_stem(&named));
                 let canvas = write(&scene, &rendered, &path)?;
-                bar.suspend(|| say(&rendered, &path))?;
+                bar.suspend(|| say(&scene, &rendered, arguments.error.is_some(), &path))?;
                 let seconds = rendered.time.as_secs_f64();
                 if arguments.json.is_some() {
                     made.push(rendered.clone());
@@ -237,7 +237,9 @@ fn write(scene: &Scene, rendered: &Rendered, path: &Path) -> Result<Canvas> {
     Ok(canvas)
 }
 
-fn say(rendered: &Rendered, path: &Path) -> Result<()> {
+/// `told_error`: whether its own error stopped it.
+fn say(scene: &Scene, rendered: &Rendered, told_error: bool, path: &Path) -> Result<()> {
+    const TILE: usize = 8;
     let seconds = rendered.time.as_secs_f64();
     let pixels = (rendered.film.width() * rendered.film.height()) as f64;
     let mut line = format!(
@@ -249,6 +251,16 @@ fn say(rendered: &Rendered, path: &Path) -> Result<()> {
     );
     if rendered.passes > 1 && rendered.film.is_black() {
         line += "  no sample met any light: the picture is black\n";
+    }
+    if told_error {
+        let tiles = out_of_reach(scene, rendered.strategy, rendered.passes, TILE);
+        let beyond = tiles.iter().filter(|&&beyond| beyond).count();
+        if beyond > 0 {
+            let share = 100.0 * beyond as f64 / tiles.len() as f64;
+            line += &format!(
+                "  its samples hardly find the lobes that {share:.0}% of the tiles show: the error that it was stopped at leaves them out\n"
+            );
+        }
     }
     if rendered.non_finite > 0 {
         let non_finite = rendered.non_finite;

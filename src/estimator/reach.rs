@@ -11,8 +11,21 @@ use crate::scene::{RayQueries, Scene};
 /// Samples in a lobe from which on its light is taken as seen.
 const LEAST: f64 = 16.0;
 
-/// For each tile of `size` pixels, whether it shows a lobe that `spp` samples a pixel of the strategy hardly find.
-pub(super) fn out_of_reach(scene: &Scene, strategy: Strategy, spp: u32, size: usize) -> Vec<bool> {
+/// For each tile of `size` pixels, row after row, whether it shows a lobe that `spp` samples a pixel of the strategy hardly find: the lobes of Phong and GGX
+/// by the share of the hemisphere that they fill, for `uniform`, `light` and `mis:0`, which draw no direction from them.
+///
+/// ```
+/// use warpcheck::estimator::{Strategy, out_of_reach};
+/// use warpcheck::scene::Scene;
+/// let scene = Scene::load(concat!(env!("CARGO_MANIFEST_DIR"), "/data/scene/three_spheres.toml"))?;
+/// let tiles = |strategy| out_of_reach(&scene, strategy, 64, 8).into_iter().filter(|&beyond| beyond).count();
+/// assert!(tiles(Strategy::Light) > 20 && tiles(Strategy::Brdf) == 0);
+/// # Ok::<(), warpcheck::scene::Error>(())
+/// ```
+///
+/// # Panics
+/// If `size` is 0.
+pub fn out_of_reach(scene: &Scene, strategy: Strategy, spp: u32, size: usize) -> Vec<bool> {
     let (width, height) = (scene.picture.width as usize, scene.picture.height as usize);
     let (columns, rows) = (width.div_ceil(size), height.div_ceil(size));
     let draws_from_lobes = match strategy {

@@ -107,7 +107,7 @@ pub fn accord_table(accord: &Accord, estimates: &[Estimate], style: Style) -> St
     }
     let _ = writeln!(
         out,
-        "means within: with 99% confidence the mean relative difference of tested tiles is less than this; tiles within: that of every tested tile"
+        "means within: with 99% confidence the mean relative difference of the tiles that were tested alone, and are known to a tenth, is less than this; tiles within: that of every tested tile"
     );
     let size = estimates.first().map_or(1, |e| e.size);
     let columns = estimates.first().map_or(1, |e| e.columns);

@@ -78,8 +78,8 @@ pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -
                 root(last.squared),
                 root(last.relative),
                 root(last.worst_tile),
-                slope(curve.slope_time),
-                slope(curve.slope_samples),
+                slope(curve.slope_time.filter(|_| curve.out_of_reach == 0.0)),
+                slope(curve.slope_samples.filter(|_| curve.out_of_reach == 0.0)),
             ],
         };
         let [squared, relative, worst, over_time, over_samples] = figures;

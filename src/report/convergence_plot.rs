@@ -110,7 +110,8 @@ fn draw<'a>(title: &str, found: &Convergence, text: &'a mut String) -> Result<()
     ))?;
     for (i, (curve, points)) in found.curves.iter().zip(&series).enumerate() {
         let colour = colour(i);
-        if let (Some((a, b)), Some(first), Some(last)) = (curve.fit_time, points.first(), points.last()) {
+        let law = curve.fit_time.filter(|_| curve.out_of_reach == 0.0);
+        if let (Some((a, b)), Some(first), Some(last)) = (law, points.first(), points.last()) {
             let ends = [first.0, last.0].map(|t| (t, (a * t.powf(b)).sqrt()));
             chart.draw_series(LineSeries::new(ends, colour.stroke_width(2)))?;
         }
@@ -140,6 +141,7 @@ fn draw<'a>(title: &str, found: &Convergence, text: &'a mut String) -> Result<()
         legend.draw(&Circle::new((20, y), 4, colour.filled()))?;
         legend.draw(&Text::new(curve.strategy.to_string(), (46, y), middle(17)))?;
         let slope = match curve.slope_time {
+            _ if curve.out_of_reach > 0.0 => "no slope".to_owned(),
             Some(s) if s.half_width.is_finite() => format!("slope {:.3} ± {:.3}", s.value, s.half_width),
             Some(s) => format!("slope {:.3}", s.value),
             None => "no slope".to_owned(),

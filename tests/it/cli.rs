@@ -808,6 +808,14 @@ fn rendering_stops_at_an_error_or_a_time() {
     let (rough, fine) = (error(0.2, "rough"), error(0.1, "fine"));
     assert!(rough >= 16 && fine > 2 * rough && fine < 8 * rough, "{rough} {fine}");
     assert!((16..=rough).contains(&error(0.99, "least")));
+    // What it can't see is in no error.
+    let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/data/scene");
+    let spheres = fs::read_to_string(format!("{scenes}/three_spheres.toml")).unwrap();
+    let spheres = spheres.replace("three_spheres.obj", &format!("{scenes}/three_spheres.obj"));
+    let spheres = spheres.replace("= 256", "= 32").replace("= 128", "= 16");
+    fs::write(folder.path().join("spheres.toml"), spheres).unwrap();
+    let said = exits(&folder, "render spheres.toml --strategy light,brdf --error 0.9 --out spheres", 0);
+    assert_eq!(said.matches("its samples hardly find the lobes that").count(), 1, "{said}");
     exits(&folder, "render stamp.toml --strategy light --time 0.05 --out timed", 0);
     assert!(passes("timed") >= 1);
 }

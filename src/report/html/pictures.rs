@@ -92,7 +92,7 @@ impl Page {
         let best = best_efficiency(found);
         let rows = found.curves.iter().filter_map(|curve| {
             let last = curve.last()?;
-            let slope = curve.slope_time;
+            let slope = curve.slope_time.filter(|_| curve.out_of_reach == 0.0);
             let over =
                 if curve.is_exact() || curve.out_of_reach > 0.0 { f64::NAN } else { best / curve.efficiency };
             Some(Row::new([
