@@ -1,0 +1,803 @@
+//! Samplers where the answer is known by hand: closed forms, tables of a few entries, how many bytes a table takes.
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use warpcheck::domain::{Cell, Knots, Mixed, Space, SurfacePoint};
+use warpcheck::sampler::*;
+
+#[track_caller]
+fn near(found: f64, expected: f64, relative: f64) {
+    assert!((found - expected).abs() <= relative * expected.abs(), "{found}, not {expected}");
+}
+
+#[track_caller]
+fn all_near(found: &[f64], expected: &[f64], off: f64) {
+    let same = found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= off);
+    assert!(same, "{found:?}, not {expected:?}");
+}
+
+/// Ascending, each once.
+fn sorted(mut knots: Vec<f64>) -> Vec<f64> {
+    knots.sort_by(f64::total_cmp);
+    knots.dedup();
+    knots
+}
+
+fn patches(patches: std::ops::Range<usize>) -> Cell {
+    Cell { patches, low: [0.0; 2], high: [1.0; 2] }
+}
+
+const FORMS: [Form; 3] = [Form::Cdf, Form::Guide, Form::Alias];
+
+// ---- tables ----
+
+/// Four equal entries have exactly a quarter of the steps each.
+#[test]
+fn a_table_of_quarters() {
+    for form in FORMS {
+        let table = DiscreteTable::new(&[3.0; 4], form).unwrap();
+        assert_eq!((table.len(), table.is_empty(), table.form()), (4, false, form));
+        assert_eq!([0, 1, 3, 4].map(|i| table.mass(i)), [0.25, 0.25, 0.25, 0.0]);
+        assert_eq!([0, 1, 3, 4, 7].map(|i| table.cumulative(i)), [0.0, 0.25, 0.75, 1.0, 1.0]);
+        assert_eq!(table.variate(2, 0.5), 0.625);
+        assert_eq!(table.choose(0.3125), Choice { index: 1, mass: 0.25, rest: 0.25 });
+        assert_eq!(sorted(table.variate_knots(0)), [0.25, 0.5, 0.75], "{form:?}");
+        assert_eq!((table.dimensions(), table.domain().patches()), (1, 4));
+        assert_eq!(table.left_over(&[0.875]), Some(0.5));
+        assert_eq!(table.invert(&2), Some(vec![0.625]));
+        assert_eq!(table.density(&1), 0.25);
+        assert_eq!(table.cell_mass(&patches(1..4)), Some(0.75));
+        // Of length 0 or 1, they have no borders.
+        assert_eq!(DiscreteTable::new(&[2.0], form).unwrap().variate_knots(0), [0.0; 0]);
+        assert_eq!(DiscreteTable::new(&[1.0, 0.0], form).unwrap().invert(&1), None);
+    }
+}
+
+/// The light entry has a half of its cell, the heavy one the other half and its own cell.
+#[test]
+fn two_cells_of_an_alias_table() {
+    let table = DiscreteAlias::new(&[3.0, 1.0]).unwrap();
+    all_near(&sorted(table.variate_knots(0)), &[0.5, 0.75], 1e-15);
+    for (xi, index, rest) in [(0.125, 0, 0.25), (0.5625, 1, 0.25), (0.9375, 0, 0.75)] {
+        let choice = table.choose(xi);
+        assert_eq!(choice.index, index);
+        near(choice.rest, rest, 1e-14);
+        let mut all = [Choice::default()];
+        table.choose_all(&[xi], &mut all);
+        assert_eq!(all[0], choice);
+    }
+    all_near(&[table.variate(0, 0.5), table.variate(1, 0.5)], &[0.25, 0.625], 1e-15);
+    assert!(!table.is_empty());
+    assert_eq!(table.len(), 2);
+}
+
+/// Some borders of many, from the first to the last.
+#[test]
+fn knots_are_spread_over_a_table() {
+    let equal = |entries| DiscreteCdf::new(&vec![1.0; entries]).unwrap();
+    all_near(&equal(2).variate_knots(0), &[0.5], 1e-15);
+    all_near(&equal(3).variate_knots(0), &[1.0 / 3.0, 2.0 / 3.0], 1e-15);
+    for entries in [513, 514, 1000] {
+        let knots = equal(entries).variate_knots(0);
+        let step = 1.0 / entries as f64;
+        assert_eq!(knots.len(), 512);
+        all_near(&[knots[0], knots[511]], &[step, 1.0 - step], 1e-15);
+        let (least, most) =
+            knots.windows(2).fold((1.0_f64, 0.0_f64), |(a, b), w| (a.min(w[1] - w[0]), b.max(w[1] - w[0])));
+        assert!(least > 0.99 * step && most < 2.01 * step, "{entries}: {least} {most}");
+    }
+    // Both ends of every fourth of 1024 cells.
+    let ends = (0..1024).step_by(4).flat_map(|cell| [cell, cell + 1]).filter(|&end| end > 0);
+    let ends: Vec<f64> = ends.map(|end| f64::from(end) / 1024.0).collect();
+    assert_eq!(sorted(DiscreteAlias::new(&[1.0; 1024]).unwrap().variate_knots(0)), ends);
+}
+
+#[test]
+fn bytes_of_tables() {
+    let bytes = |entries, form| DiscreteTable::new(&vec![1.0; entries], form).unwrap().bytes();
+    assert_eq!([1, 4, 1000].map(|n| bytes(n, Form::Cdf)), [8, 32, 8000]);
+    // Boundaries, and a power of two of buckets: one and a half times the entries, twice that up to 4096 of them, but at least two.
+    assert_eq!(bytes(1, Form::Guide), 8 + 8 * 2);
+    assert_eq!(bytes(4, Form::Guide), 8 * 4 + 8 * 16);
+    assert_eq!(bytes(4096, Form::Guide), 8 * 4096 + 8 * 16_384);
+    assert_eq!(bytes(4097, Form::Guide), 8 * 4097 + 8 * 8192);
+    // Boundaries and cells; half cells from a megabyte of cells on.
+    assert_eq!(bytes(1000, Form::Alias), 16 * 1000);
+    assert_eq!(bytes((1 << 17) - 1, Form::Alias), 16 * ((1 << 17) - 1));
+    assert_eq!(bytes(1 << 17, Form::Alias), 20 << 17);
+}
+
+// ---- maps ----
+
+/// Four columns, the rows 1 1 1 1 and 1 2 3 2: the lower has two thirds of the light.
+fn small_map() -> RadianceMap {
+    let texels = [1, 1, 1, 1, 1, 2, 3, 2].map(|x| [x as f32; 3]);
+    RadianceMap::new(4, 2, texels.to_vec()).unwrap()
+}
+
+#[test]
+fn a_map_of_eight_texels() {
+    for rows in [RowWarp::UniformV, RowWarp::UniformCosTheta] {
+        let map = Environment::from_map(small_map(), rows).unwrap();
+        let packed =
+            [Form::Guide, Form::Alias].map(|form| PackedEnvironment::new(small_map(), rows, form).unwrap());
+        assert_eq!((map.width(), map.height(), map.map().constant()), (4, 2, None));
+        assert_eq!(packed.each_ref().map(PackedEnvironment::form), [Form::Guide, Form::Alias]);
+        assert_eq!(map.texel(2, 1), [3.0; 3]);
+        near(map.texel_mass(2, 1), 0.25, 1e-14);
+        assert!(packed.iter().all(|map| (map.texel_mass(2, 1) - 0.25).abs() < 1e-9));
+        for knots in [map.knots(), packed[0].knots(), packed[1].knots()] {
+            assert_eq!(knots, Knots::grid(2, 4));
+        }
+        // Rows, and columns of the brighter one.
+        for knots in
+            [&|d| map.variate_knots(d), &|d| packed[0].variate_knots(d)] as [&dyn Fn(usize) -> Vec<f64>; 2]
+        {
+            all_near(&knots(0), &[1.0 / 3.0], 1e-9);
+            all_near(&knots(1), &[0.125, 0.375, 0.75], 1e-9);
+        }
+        assert_eq!(packed[1].variate_knots(1), [0.0; 0]);
+        assert!(packed[1].variate_knots(0).len() > 8);
+        all_near(&map.marginal().variate_knots(0), &[1.0 / 3.0], 1e-15);
+        all_near(&map.conditional(0).unwrap().variate_knots(0), &[0.25, 0.5, 0.75], 1e-15);
+        // The middle of column 2 of the lower row, which has 2/3 of the first variate and 3/8 of the second.
+        let xi = [2.0 / 3.0, 0.5625];
+        let theta = match rows {
+            RowWarp::UniformV => 0.75 * PI,
+            RowWarp::UniformCosTheta => 2.0 / 3.0 * PI,
+        };
+        let density = match rows {
+            RowWarp::UniformV => 0.25 * 8.0 / (2.0 * PI * PI * theta.sin()),
+            RowWarp::UniformCosTheta => 0.25 / (PI / 2.0),
+        };
+        let direction =
+            DVec3::new(theta.sin() * (1.25 * PI).cos(), theta.sin() * (1.25 * PI).sin(), theta.cos());
+        for sample in [map.sample(xi), packed[0].sample(xi)] {
+            all_near(&sample.uv.to_array(), &[0.625, theta / PI], 1e-8);
+            assert!((sample.direction.as_dvec3() - direction).length() < 1e-7, "{sample:?}");
+            near(sample.density.into(), density, 1e-6);
+            assert_eq!(sample.radiance, Vec3::splat(3.0));
+        }
+        for found in [
+            map.density(direction.as_vec3()),
+            packed[0].density(direction.as_vec3()),
+            packed[1].density(direction.as_vec3()),
+        ] {
+            near(found.into(), density, 1e-6);
+        }
+        // Per (u, v), per v and per u.
+        let v = theta / PI;
+        near(map.density_uv(DVec2::new(0.625, v)), density * TAU * PI * theta.sin(), 1e-12);
+        near(map.density_u(0.625, v).unwrap(), 1.5, 1e-12);
+        near(map.density_v(v), density * TAU * PI * theta.sin() / 1.5, 1e-12);
+        // The last row and column have their ends.
+        near(map.density_u(1.0, 1.0).unwrap(), 1.0, 1e-12);
+        near(map.density_uv(DVec2::new(1.0, 0.75)), map.density_uv(DVec2::new(0.9, 0.75)), 1e-12);
+        assert!(map.density_v(1.0).is_finite());
+    }
+}
+
+/// Seven rows, seen from the nearer pole: the place in a row is linear in v, or in cos theta.
+#[test]
+fn places_in_rows() {
+    let map = |rows| Environment::new(1, 7, vec![[1.0; 3]; 7], rows).unwrap();
+    for rows in [RowWarp::UniformV, RowWarp::UniformCosTheta] {
+        let baseline = map(rows);
+        let packed = PackedEnvironment::new(baseline.map().clone(), rows, Form::Guide).unwrap();
+        for row in 0..7 {
+            for place in [1e-9, 0.25, 0.5, 0.9, 1.0 - 1e-9] {
+                let marginal = baseline.marginal();
+                let xi = marginal.cumulative(row) + place * marginal.mass(row);
+                let [top, bottom] = [row, row + 1].map(|edge| edge as f64 / 7.0 * PI);
+                let theta = match rows {
+                    RowWarp::UniformV => top + place * (bottom - top),
+                    RowWarp::UniformCosTheta => (top.cos() + place * (bottom.cos() - top.cos())).acos(),
+                };
+                for sample in [baseline.sample([xi, 0.3]), packed.sample([xi, 0.3])] {
+                    // Off the borders by 2e-7.
+                    let theta = theta.clamp(top + 2e-7, bottom - 2e-7);
+                    all_near(&[PI * sample.uv.y], &[theta], 1e-8);
+                    all_near(&[sample.direction.z.into()], &[theta.cos()], 1e-7);
+                    all_near(&[sample.direction.truncate().length().into()], &[theta.sin()], 1e-7);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn maps_of_one_colour_and_of_two() {
+    let of = |texels: Vec<[f32; 3]>| RadianceMap::new(texels.len(), 1, texels).unwrap();
+    assert_eq!(of(vec![[1.0, 2.0, 3.0]; 5]).constant(), Some(Vec3::new(1.0, 2.0, 3.0)));
+    assert_eq!(of(vec![[1.0, 2.0, 3.0], [1.0, 2.0, 3.5]]).constant(), None);
+    near(luminance([1.0, 0.0, 0.0]), 0.2126, 1e-15);
+    near(luminance([0.0, 2.0, 0.0]), 2.0 * 0.7152, 1e-15);
+    near(luminance([0.0, 0.0, 4.0]), 4.0 * 0.0722, 1e-15);
+    let dark = RadianceMap::new(1, 2, vec![[0.0; 3], [1.0; 3]]).unwrap();
+    let dark = Environment::from_map(dark, RowWarp::UniformV).unwrap();
+    assert!(dark.conditional(0).is_none() && dark.conditional(1).is_some());
+    assert_eq!((dark.density_u(0.5, 0.2), dark.texel_mass(0, 0), dark.texel_mass(0, 1)), (None, 0.0, 1.0));
+    assert_eq!((dark.radiance(Vec3::Z), dark.radiance(Vec3::NEG_Z)), (Vec3::ZERO, Vec3::ONE));
+}
+
+/// Texels and what they take; 16 bytes for each border of rows and columns.
+#[test]
+fn bytes_of_maps() {
+    let (width, height) = (512, 256);
+    let map = RadianceMap::new(width, height, vec![[1.0; 3]; width * height]).unwrap();
+    let bytes = |rows, form| PackedEnvironment::new(map.clone(), rows, form).unwrap().table_bytes();
+    let beside = 16 * (width + 1 + height + 1) + 8 * height;
+    assert_eq!(bytes(RowWarp::UniformV, Form::Alias), 8 * width * height + beside);
+    // A guide over the rows; 4 bytes a texel, 2 for each line of 16, 16 for the last of 32 lines.
+    let guide = 8 * height + 8 * 1024;
+    assert_eq!(bytes(RowWarp::UniformV, Form::Guide), guide + height * (4 * width + 2 * 32 + 16) + beside);
+    for form in [Form::Guide, Form::Alias] {
+        assert!(bytes(RowWarp::UniformCosTheta, form) >= bytes(RowWarp::UniformV, form) + 33 * height);
+    }
+    // Boundaries of rows and columns, and where they are.
+    let baseline = Environment::from_map(map.clone(), RowWarp::UniformV).unwrap().table_bytes();
+    let boundaries = 8 * width * height + 8 * height;
+    assert!(baseline >= boundaries + 16 * height && baseline <= boundaries + 32 * height, "{baseline}");
+}
+
+#[test]
+fn directions_of_uv() {
+    for (u, v) in [(0.1, 0.2), (0.6, 0.7), (0.9, 0.01)] {
+        let ((sin_phi, cos_phi), (sine, cosine)) = ((TAU * u).sin_cos(), (PI * v).sin_cos());
+        let expected = DVec3::new(sine * cos_phi, sine * sin_phi, cosine);
+        let found = PackedEnvironment::direction_of([u, v]).as_dvec3();
+        assert!((found - expected).length() < 1e-7, "{found} {expected}");
+    }
+}
+
+// ---- directions ----
+
+#[test]
+fn uniform_directions_by_hand() {
+    // z = 1 - xi0 or 1 - 2 xi0, a quarter of a turn.
+    let half = Vec2::new(0.5, 0.25);
+    assert!((UniformHemisphere.sample(half) - Vec3::new(0.0, 0.75_f32.sqrt(), 0.5)).length() < 1e-6);
+    assert!(
+        (UniformSphere.sample(Vec2::new(0.75, 0.25)) - Vec3::new(0.0, 0.75_f32.sqrt(), -0.5)).length() < 1e-6
+    );
+    assert!((CosineHemisphere.sample(half) - Vec3::new(0.0, 0.5_f32.sqrt(), 0.5_f32.sqrt())).length() < 1e-6);
+    let below = Vec3::new(0.6, 0.0, -0.8);
+    near(UniformSphere.density(below).into(), 0.25 / PI, 1e-6);
+    near(UniformHemisphere.density(-below).into(), 0.5 / PI, 1e-6);
+    near(UniformHemisphere.density(Vec3::X).into(), 0.5 / PI, 1e-6);
+    near(CosineHemisphere.density(-below).into(), 0.8 / PI, 1e-6);
+    assert_eq!((UniformHemisphere.density(below), CosineHemisphere.density(below)), (0.0, 0.0));
+    // Three quarters of a turn.
+    let w = DVec3::new(0.0, -0.6, 0.8);
+    all_near(&UniformHemisphere.invert(&w).unwrap(), &[0.2, 0.75], 1e-12);
+    all_near(&UniformSphere.invert(&w).unwrap(), &[0.1, 0.75], 1e-12);
+    all_near(&UniformSphere.invert(&-w).unwrap(), &[0.9, 0.25], 1e-12);
+    all_near(&CosineHemisphere.invert(&w).unwrap(), &[0.36, 0.75], 1e-12);
+    // An ulp below a whole turn, not one.
+    let turn = CosineHemisphere.invert(&DVec3::new(1.0, -1e-300, 0.0)).unwrap()[1];
+    assert!(turn < 1.0 && turn > 0.999, "{turn}");
+}
+
+/// Phong's lobe of exponent 3, on the axis: cos alpha = xi^(1/4), density 4 / 2 pi cos^3 alpha.
+#[test]
+fn a_phong_lobe_by_hand() {
+    let lobe = PhongLobe::new(Vec3::Z, 3.0).unwrap();
+    let w = lobe.sample(Vec2::new(1.0 / 16.0, 0.25)).unwrap();
+    assert!((w - Vec3::new(0.0, 0.75_f32.sqrt(), 0.5)).length() < 1e-6, "{w}");
+    near(lobe.density(w).into(), 2.0 / PI * 0.125, 1e-6);
+    near(lobe.density(Vec3::Z).into(), 2.0 / PI, 1e-6);
+    near(lobe.density(Vec3::new(0.28, 0.0, 0.96)).into(), 2.0 / PI * 0.96_f64.powi(3), 1e-6);
+    assert_eq!(lobe.density(Vec3::new(0.6, 0.0, -0.8)), 0.0);
+    // About X half of it is under the surface.
+    let grazing = PhongLobe::new(Vec3::X, 1.0).unwrap();
+    assert_eq!(
+        [0.25, 0.75]
+            .map(|turn| grazing.sample(Vec2::new(0.25, turn)).is_some())
+            .iter()
+            .filter(|s| **s)
+            .count(),
+        1
+    );
+    near(grazing.density(Vec3::new(0.6, 0.0, 0.8)).into(), 0.6 / PI, 1e-6);
+    assert_eq!(grazing.density(Vec3::new(-0.6, 0.0, 0.8)), 0.0);
+    let sharpest = |exponent| PhongLobe::new(Vec3::Z, exponent).unwrap();
+    assert_eq!(sharpest(1e30), sharpest(PhongLobe::LARGEST_EXPONENT));
+    assert_ne!(sharpest(1e8), sharpest(PhongLobe::LARGEST_EXPONENT));
+}
+
+/// kappa = 1: density 1 / (2 pi (1 - e^-2)) e^-(1 - cos alpha).
+#[test]
+fn a_von_mises_fisher_lobe_by_hand() {
+    let lobe = VonMisesFisher::new(Vec3::Z, 1.0).unwrap();
+    let top = 1.0 / (TAU * (1.0 - (-2.0_f64).exp()));
+    near(lobe.density(Vec3::Z).into(), top, 1e-6);
+    near(lobe.density(Vec3::Y).into(), top * (-1.0_f64).exp(), 1e-6);
+    near(lobe.density(Vec3::NEG_Z).into(), top * (-2.0_f64).exp(), 1e-6);
+    // The share of the cap with cos alpha >= 0 is (1 - e^-1) / (1 - e^-2).
+    let share = 1.0 / (1.0 + (-1.0_f32).exp());
+    assert!((lobe.sample(Vec2::new(share, 0.25)) - Vec3::Y).length() < 1e-6);
+    assert!((lobe.sample(Vec2::new(0.0, 0.25)) - Vec3::Z).length() < 1e-6);
+    // Twice as high and e times as narrow at kappa 1e4, where e^-2e4 is nothing.
+    let narrow = VonMisesFisher::new(Vec3::Z, 1e4).unwrap();
+    near(narrow.density(Vec3::Z).into(), 1e4 / TAU, 1e-6);
+}
+
+/// D, G1 and the height-correlated G2 as Heitz (2014) has them, in `f64`.
+#[test]
+fn ggx_by_hand() {
+    for (outgoing, alpha) in
+        [(Vec3::Z, 1.0), (Vec3::new(0.6, 0.0, 0.8), 0.5), (Vec3::new(-0.48, 0.64, 0.6), 0.1)]
+    {
+        let lobe = GgxVisibleNormals::new(outgoing, alpha).unwrap();
+        let (a, o) = (f64::from(alpha), outgoing.as_dvec3());
+        let lambda = |w: DVec3| {
+            let tangent = w.truncate().length_squared() / (w.z * w.z);
+            0.5 * ((1.0 + a * a * tangent).sqrt() - 1.0)
+        };
+        for w in [
+            Vec3::new(0.0, 0.0, 1.0),
+            Vec3::new(-0.6, 0.0, 0.8),
+            Vec3::new(0.36, -0.48, 0.8),
+            Vec3::new(0.96, 0.0, 0.28),
+        ] {
+            let i = w.as_dvec3();
+            let m = (i + o).normalize();
+            let d = 1.0 / (PI * a * a * (m.truncate().length_squared() / (a * a) + m.z * m.z).powi(2));
+            let density = d / ((1.0 + lambda(o)) * 4.0 * o.z);
+            let brdf = d / ((1.0 + lambda(o) + lambda(i)) * 4.0 * o.z * i.z);
+            near(lobe.density(w).into(), density, 1e-4);
+            near((lobe.density(w) * lobe.brdf_over_density(w)).into(), brdf, 1e-4);
+            assert_eq!(
+                (
+                    lobe.density(w * Vec3::new(1.0, 1.0, -1.0)),
+                    lobe.brdf_over_density(w * Vec3::new(1.0, 1.0, -1.0))
+                ),
+                (0.0, 0.0)
+            );
+        }
+        // The pole of the cap: the stretched direction and Z, added and stretched back.
+        let stretched = DVec3::new(a * o.x, a * o.y, o.z).normalize();
+        let expected = DVec3::new(a * stretched.x, a * stretched.y, 1.0 + stretched.z).normalize();
+        assert!((lobe.normal(Vec2::new(0.3, 0.0)).as_dvec3() - expected).length() < 1e-6);
+        // Halfway down the cap, a quarter of a turn.
+        let drop = 0.5 * (1.0 + stretched.z);
+        let r = (drop * (2.0 - drop)).sqrt();
+        let expected =
+            DVec3::new(a * stretched.x, a * (r + stretched.y), 1.0 - drop + stretched.z).normalize();
+        let m = lobe.normal(Vec2::new(0.25, 0.5)).as_dvec3();
+        assert!((m - expected).length() < 1e-6, "{m} {expected}");
+        let reflected = 2.0 * o.dot(expected) * expected - o;
+        let w = lobe.sample(Vec2::new(0.25, 0.5)).map(|w| w.as_dvec3());
+        assert!(
+            if reflected.z > 0.0 { w.unwrap().distance(reflected) < 1e-5 } else { w.is_none() },
+            "{w:?} {reflected}"
+        );
+    }
+}
+
+/// An octant: the first variate is the angle about Y, the second what 1 - y is.
+#[test]
+fn an_octant_by_hand() {
+    let octant =
+        SphericalTriangle::new(Vec3::ONE, [Vec3::X, Vec3::Y, Vec3::Z].map(|v| v * 3.0 + Vec3::ONE)).unwrap();
+    near(octant.solid_angle(), FRAC_PI_2, 1e-15);
+    for (a, b) in [(0.0, 0.5), (0.3, 0.6), (0.7, 0.1), (0.999, 0.999)] {
+        let ((sin, cos), y) = ((FRAC_PI_2 * a).sin_cos(), 1.0 - b);
+        let r = (1.0_f64 - y * y).sqrt();
+        let w = octant.sample([a, b]);
+        assert!((w - DVec3::new(r * cos, y, r * sin)).length() < 1e-14, "{a} {b}: {w}");
+        near(octant.density(w), 1.0 / FRAC_PI_2, 1e-15);
+    }
+    let inside = DVec3::new(0.1, 0.2, 0.3).normalize();
+    for flip in
+        [DVec3::new(-1.0, 1.0, 1.0), DVec3::new(1.0, -1.0, 1.0), DVec3::new(1.0, 1.0, -1.0), DVec3::NEG_ONE]
+    {
+        assert_eq!(octant.density(inside * flip), 0.0);
+    }
+    // The other way round.
+    let other = SphericalTriangle::new(Vec3::ZERO, [Vec3::Z, Vec3::Y, Vec3::X]).unwrap();
+    near(other.density(inside), 1.0 / FRAC_PI_2, 1e-15);
+    let ((sin, cos), w) = ((FRAC_PI_2 * 0.3).sin_cos(), other.sample([0.3, 1.0]));
+    assert!((w - DVec3::new(sin, 0.0, cos)).length() < 1e-14, "{w}");
+}
+
+/// Half a face of a cube has a twelfth of the sphere. With a second variate of 1 samples lie on the arc from a to c, which the first cuts by area.
+#[test]
+fn shares_of_a_spherical_triangle() {
+    let corners = [Vec3::new(-1.0, -1.0, 1.0), Vec3::new(1.0, -1.0, 1.0), Vec3::new(1.0, 1.0, 1.0)];
+    let whole = SphericalTriangle::new(Vec3::ZERO, corners).unwrap();
+    near(whole.solid_angle(), 4.0 * PI / 12.0, 1e-14);
+    for share in [0.1, 0.5, 0.8] {
+        let on_arc = whole.sample([share, 1.0]);
+        let part = SphericalTriangle::new(Vec3::ZERO, [corners[0], corners[1], on_arc.as_vec3()]).unwrap();
+        near(part.solid_angle(), share * whole.solid_angle(), 1e-6);
+        assert!((on_arc.x - on_arc.y).abs() < 1e-14, "{on_arc}"); // the plane of a and c
+        // And the second cuts the cosine with b.
+        let b = corners[1].as_dvec3().normalize();
+        near(1.0 - whole.sample([share, 0.25]).dot(b), 0.25 * (1.0 - on_arc.dot(b)), 1e-12);
+    }
+}
+
+// ---- lights ----
+
+/// Four lights in a row along each axis, given in another order, from beside and from within: the boxes are known.
+#[test]
+fn a_tree_of_four_lights() {
+    let order = [2, 0, 3, 1];
+    let powers = [1.0, 2.0, 4.0, 3.0];
+    for axis in 0..3 {
+        // From corner to corner of a box of 0.2 x 0.1 x 0.1, the first along the axis.
+        let light = |k: usize| {
+            let low = DVec3::AXES[axis] * k as f64;
+            let high = low + DVec3::splat(0.1) + 0.1 * DVec3::AXES[axis];
+            ([low.as_vec3(), high.as_vec3(), low.as_vec3()], powers[k])
+        };
+        let tree = LightTree::new(order.map(light)).unwrap();
+        assert_eq!((tree.len(), tree.is_empty()), (4, false));
+        let weight = |x: Vec3, from: usize, to: usize| {
+            let (low, high) = (from as f64, (to - 1) as f64 + 0.2);
+            let across = DVec3::ONE - DVec3::AXES[axis];
+            let centre = 0.5 * (low + high) * DVec3::AXES[axis] + 0.05 * across;
+            let radius = 0.25 * ((high - low).powi(2) + 2.0 * 0.01);
+            powers[from..to].iter().sum::<f64>() / centre.distance_squared(x.as_dvec3()).max(radius)
+        };
+        for x in [Vec3::new(0.3, -0.7, 1.1), Vec3::AXES[axis] * 0.4, Vec3::AXES[axis] * 3.1, Vec3::NEG_ONE] {
+            let to_left = |from, middle, to| {
+                weight(x, from, middle) / (weight(x, from, middle) + weight(x, middle, to))
+            };
+            let (root, left, right) = (to_left(0, 2, 4), to_left(0, 1, 2), to_left(2, 3, 4));
+            let expected =
+                [root * left, root * (1.0 - left), (1.0 - root) * right, (1.0 - root) * (1.0 - right)];
+            let mut start = 0.0;
+            for (k, mass) in expected.into_iter().enumerate() {
+                let given = order.iter().position(|&o| o == k).unwrap();
+                near(tree.mass(x, given), mass, 1e-5);
+                for part in [0.001, 0.5, 0.999] {
+                    let (light, found) = tree.choose(x, start + part * mass);
+                    assert_eq!(light, given, "axis {axis}, {x}, {k}");
+                    near(found, mass, 1e-5);
+                }
+                start += mass;
+            }
+            assert_eq!(tree.mass(x, 4), 0.0);
+        }
+        // Seven nodes of 40 bytes, and two numbers a light.
+        assert_eq!(tree.bytes(), 7 * 40 + 4 * 8);
+    }
+}
+
+/// Two triangles at height 1, of areas 1/2 and 3/2, facing down.
+fn plates(sides: Sides) -> MeshLight {
+    let small = [Vec3::new(0.0, 0.0, 1.0), Vec3::new(0.0, 1.0, 1.0), Vec3::new(1.0, 0.0, 1.0)];
+    let large = [Vec3::new(0.0, 0.0, 1.0), Vec3::new(0.0, -1.0, 1.0), Vec3::new(-3.0, 0.0, 1.0)];
+    MeshLight::new(&[small, [large[0], large[2], large[1]]], sides).unwrap()
+}
+
+#[test]
+fn two_plates_of_light() {
+    let light = plates(Sides::Front);
+    assert_eq!((light.len(), light.is_empty(), light.area()), (2, false, 2.0));
+    assert_eq!(light.bytes(), 2 * 64 + 2 * 8);
+    all_near(&[light.mass(0), light.mass(1)], &[0.25, 0.75], 1e-15);
+    all_near(&[light.density_on(0), light.density_on(1), light.density_on(2)], &[0.5, 0.5, 0.0], 1e-15);
+    assert_eq!(light.select(0.7).0, 1);
+    near(light.select(0.7).1, 0.75, 1e-15);
+    all_near(&light.variate_knots(0), &[0.25], 1e-15);
+    assert_eq!(light.variate_knots(1), [0.0; 0]);
+    near(light.left_over(&[0.625, 0.0, 0.0]).unwrap(), 0.5, 1e-14);
+    near(light.domain().measure(), 2.0, 1e-15);
+    // The fold of (0.25, 0.75) is (0.125, 0.625, 0.25).
+    let s = light.sample_surface([0.1, 0.25, 0.75]);
+    assert_eq!((s.triangle, s.barycentric, s.normal), (0, Vec3::new(0.125, 0.625, 0.25), Vec3::NEG_Z));
+    assert!((s.point - Vec3::new(0.25, 0.625, 1.0)).length() < 1e-6, "{s:?}");
+    near(s.density, 0.5, 1e-15);
+    let root = plates(Sides::Front).with_warp(TriangleWarp::SquareRoot).sample_surface([0.1, 0.25, 0.5]);
+    assert_eq!(root.barycentric, Vec3::new(0.5, 0.25, 0.25));
+    // From the origin: distance d, cosine 1 / d.
+    let seen = light.sample_from(Vec3::ZERO, [0.1, 0.25, 0.75]).unwrap();
+    let d = (0.25_f64.powi(2) + 0.625_f64.powi(2) + 1.0).sqrt();
+    near(seen.distance.into(), d, 1e-6);
+    near(seen.density, 0.5 * d.powi(3), 1e-6);
+    near(light.density_from(Vec3::ZERO, seen.point, 0), 0.5 * d.powi(3), 1e-6);
+    assert!((seen.direction.as_dvec3() - DVec3::new(0.25, 0.625, 1.0) / d).length() < 1e-6);
+    assert_eq!((seen.triangle, light.density_from(Vec3::ZERO, seen.point, 2)), (0, 0.0));
+    // From above it is dark, unless both sides emit.
+    let above = Vec3::new(0.0, 0.0, 2.0);
+    assert!(light.sample_from(above, [0.1, 0.25, 0.75]).is_none());
+    assert_eq!(light.density_from(above, seen.point, 0), 0.0);
+    let both = plates(Sides::Both);
+    near(both.sample_from(above, [0.1, 0.25, 0.75]).unwrap().density, 0.5 * d.powi(3), 1e-6);
+    near(both.density_from(above, seen.point, 0), 0.5 * d.powi(3), 1e-6);
+    // Uniform in the solid angle of the small one.
+    let small = [Vec3::new(0.0, 0.0, 1.0), Vec3::new(0.0, 1.0, 1.0), Vec3::new(1.0, 0.0, 1.0)];
+    let angle = SphericalTriangle::new(Vec3::ZERO, small).unwrap();
+    let within = |light: &MeshLight, x| light.sample_selected(x, (0, 0.3), Placement::SolidAngle, [0.3, 0.6]);
+    let (s, w) = (within(&light, Vec3::ZERO).unwrap(), angle.sample([0.3, 0.6]));
+    assert!(
+        (s.direction.as_dvec3() - w).length() < 1e-6 && (s.point.as_dvec3() - w / w.z).length() < 1e-6,
+        "{s:?}"
+    );
+    near(s.distance.into(), 1.0 / w.z, 1e-6);
+    near(s.density, 0.3 / angle.solid_angle(), 1e-12);
+    near(light.density_selected(Vec3::ZERO, s.point, (0, 0.3), Placement::SolidAngle), s.density, 1e-12);
+    assert_eq!(s.triangle, 0);
+    assert!(within(&light, above).is_none() && within(&both, above).is_some());
+    assert_eq!(light.density_selected(above, s.point, (0, 0.3), Placement::SolidAngle), 0.0);
+    // Weights count: 1/2 times 9 against 3/2.
+    let [a, b] = [small, [small[0], small[2] * Vec3::new(3.0, 1.0, 1.0), small[1]]];
+    let weighted = MeshLight::weighted([(a, Sides::Front, 9.0), (b, Sides::Both, 1.0)]).unwrap();
+    all_near(
+        &[weighted.mass(0), weighted.mass(1), weighted.density_on(0), weighted.area()],
+        &[0.75, 0.25, 1.5, 2.0],
+        1e-15,
+    );
+    assert!(matches!(MeshLight::weighted([(a, Sides::Front, -1.0)]), Err(Error::Weight { index: 0, .. })));
+    assert_eq!(
+        MeshLight::weighted([(a, Sides::Front, 0.0)]).map(|_| ()),
+        Err(Error::NoArea { triangles: 1 })
+    );
+}
+
+/// Straight up, through the plates of another light below it: the density sums over both, and the rivals are mistaken in one factor.
+#[test]
+fn rivals_of_a_light() {
+    // A slope with normal (0.6, 0, -0.8) through (0, 0, 2), of area 2; a plate at height 1, of area 1/2.
+    let (along, across) = (Vec3::new(0.8, 0.0, 0.6), Vec3::Y);
+    let at = |centre: Vec3, a: Vec3, b: Vec3| [centre - a - b, centre - a + b, centre + a];
+    let slope = at(Vec3::Z * 2.0, along, across);
+    let plate = at(Vec3::Z, 0.5 * Vec3::X, 0.5 * Vec3::Y);
+    let light = MeshLight::new(&[slope, plate], Sides::Front).unwrap();
+    near(light.area(), 2.5, 1e-6);
+    let seen = light.seen_from(Vec3::ZERO);
+    let up = DVec3::new(1e-4, 1e-4, 1.0).normalize();
+    near(seen.density(&up), 0.4 * (4.0 / 0.8 + 1.0), 1e-3);
+    let expected = [
+        0.4 * (4.0 + 1.0),
+        0.4 * (4.0 * 0.8 + 1.0),
+        0.4 * (2.0 / 0.8 + 1.0),
+        0.4 * (16.0 / 0.8 + 1.0),
+        0.4 * (1.0 / 0.8 + 1.0),
+        0.4 * 2.0,
+    ];
+    for ((what, found), expected) in seen.rivals(&up).into_iter().zip(expected) {
+        assert!((found / expected - 1.0).abs() < 1e-3, "{what}: {found}, not {expected}");
+    }
+    assert_eq!(seen.rivals(&up).len(), 6);
+    assert_eq!((seen.density(&-up), seen.density(&DVec3::X)), (0.0, 0.0));
+    assert_eq!(
+        (seen.dimensions(), seen.variate_knots(0), seen.variate_knots(1)),
+        (3, light.variate_knots(0), vec![])
+    );
+}
+
+#[test]
+fn weights_of_strategies() {
+    let strategies = [(2.0, 1.0), (1.0, 4.0), (1.0, 0.0)];
+    for (own, balance, power) in [(0, 2.0 / 6.0, 4.0 / 20.0), (1, 4.0 / 6.0, 16.0 / 20.0), (2, 0.0, 0.0)] {
+        all_near(&[Heuristic::Balance.weight_among(own, strategies)], &[balance], 1e-15);
+        all_near(&[Heuristic::Power.weight_among(own, strategies)], &[power], 1e-15);
+    }
+    // A large density of a strategy that never draws.
+    near(Heuristic::Power.weight_among(0, [(1.0, 3.0), (0.0, 1e300), (2.0, 2.0)]), 9.0 / 25.0, 1e-15);
+}
+
+// ---- mixtures ----
+
+fn names(rivals: Vec<(&'static str, f64)>) -> Vec<f64> {
+    rivals.into_iter().map(|r| r.1).collect()
+}
+
+#[test]
+fn a_mixture_by_hand() {
+    let (cosine, uniform) = (0.8 / PI, 0.5 / PI);
+    let w = DVec3::new(0.0, -0.6, 0.8);
+    let mixture = Mixture::new(0.25, CosineHemisphere, UniformHemisphere).unwrap();
+    near(mixture.density(&w), 0.25 * cosine + 0.75 * uniform, 1e-6);
+    let expected = [cosine, uniform, cosine + uniform, 0.75 * cosine + 0.25 * uniform];
+    all_near(&names(mixture.rivals(&w)), &expected, 1e-6);
+    assert_eq!(
+        (mixture.dimensions(), mixture.variate_knots(0), mixture.variate_knots(1)),
+        (3, vec![0.25], vec![])
+    );
+    // Either part leads back to the point.
+    let preimages = mixture.preimages(&w).unwrap();
+    let weights: Vec<f64> = preimages.iter().map(|p| p.weight).collect();
+    assert_eq!(
+        (weights, preimages.iter().map(|p| p.selecting).collect::<Vec<_>>()),
+        (vec![0.25, 0.75], vec![1, 1])
+    );
+    all_near(&preimages[0].xi, &[0.125, 0.36, 0.75], 1e-12);
+    all_near(&preimages[1].xi, &[0.625, 0.2, 0.75], 1e-12);
+    for preimage in preimages {
+        assert!((mixture.sample(&preimage.xi).unwrap().point - w).length() < 1e-6);
+    }
+    // Where one has no density, or none is chosen, the other is all there is.
+    for (c, first) in [(0.0, false), (1.0, true)] {
+        let one = Mixture::new(c, CosineHemisphere, UniformHemisphere).unwrap();
+        let preimages = one.preimages(&w).unwrap();
+        assert_eq!((preimages.len(), preimages[0].weight, one.variate_knots(0)), (1, 1.0, vec![]));
+        all_near(&[preimages[0].xi[1]], &[if first { 0.36 } else { 0.2 }], 1e-12);
+        assert_eq!(
+            one.density(&w),
+            if first {
+                CosineHemisphere.density(w.as_vec3())
+            } else {
+                UniformHemisphere.density(w.as_vec3())
+            }
+            .into()
+        );
+    }
+    let under = Mixture::new(0.25, CosineHemisphere, UniformHemisphere).unwrap().preimages(&DVec3::NEG_Z);
+    assert_eq!(under, Some(vec![]));
+    let no_inverse = Mixture::new(0.25, CosineHemisphere, PhongLobe::new(Vec3::Z, 1.0).unwrap()).unwrap();
+    assert_eq!(no_inverse.preimages(&w), None);
+    assert!(Mixture::new(-0.01, CosineHemisphere, UniformHemisphere).is_err());
+}
+
+#[test]
+fn a_mixture_of_tables_by_hand() {
+    let tables = [[1.0, 1.0, 1.0, 1.0], [1.0, 1.0, 0.0, 0.0]].map(|w| DiscreteCdf::new(&w).unwrap());
+    let [first, second] = tables;
+    let mixture = Mixture::new(0.5, first, second).unwrap();
+    all_near(&[mixture.density(&0), mixture.density(&2)], &[0.375, 0.125], 1e-15);
+    near(mixture.cell_mass(&patches(1..3)).unwrap(), 0.5 * 0.5 + 0.5 * 0.5, 1e-15);
+    near(mixture.cell_mass(&patches(2..4)).unwrap(), 0.25, 1e-15);
+    all_near(&sorted(mixture.variate_knots(1)), &[0.25, 0.5, 0.75], 1e-15);
+    assert_eq!((mixture.variate_knots(0), mixture.variate_knots(2)), (vec![0.5], vec![]));
+    // Of another number of variates: the shorter part fills up with halves, and has no knots past its end.
+    let light = plates(Sides::Front);
+    let longer = Mixture::new(0.5, &light, Mixture::new(0.5, &light, &light).unwrap()).unwrap();
+    assert_eq!(longer.dimensions(), 5);
+    let point = SurfacePoint { triangle: 1, barycentric: DVec3::new(0.125, 0.625, 0.25) };
+    let preimages = longer.preimages(&point).unwrap();
+    let described: Vec<_> = preimages.iter().map(|p| (p.xi.len(), p.selecting)).collect();
+    assert_eq!(described, [(5, 2), (5, 3), (5, 3)]);
+    all_near(&preimages.iter().map(|p| p.weight).collect::<Vec<_>>(), &[0.375, 0.1875, 0.1875], 1e-15);
+    all_near(&preimages[0].xi, &[0.25, 0.625, 0.25, 0.75, 0.5], 1e-6);
+    all_near(&preimages[2].xi, &[0.75, 0.75, 0.625, 0.25, 0.75], 1e-6);
+}
+
+#[test]
+fn a_delta_beside_a_table() {
+    let table = DiscreteCdf::new(&[1.0; 4]).unwrap();
+    let sampler = WithDelta::new(0.2, "mirror", &table).unwrap();
+    assert_eq!((sampler.dimensions(), sampler.variate_knots(0)), (2, vec![0.2]));
+    all_near(&sampler.variate_knots(1), &[0.25, 0.5, 0.75], 1e-15);
+    assert_eq!((sampler.density(&Mixed::Atom(0)), sampler.density(&Mixed::Atom(1))), (0.2, 0.0));
+    all_near(&[sampler.density(&Mixed::Continuous(3))], &[0.2], 1e-15);
+    // Patch 4 is the atom.
+    let masses = [0..2, 1..5, 4..5, 0..5].map(|cell| sampler.cell_mass(&patches(cell)).unwrap());
+    all_near(&masses, &[0.4, 0.8, 0.2, 1.0], 1e-15);
+    for c in [0.0, 1.0] {
+        assert_eq!(WithDelta::new(c, "mirror", &table).unwrap().variate_knots(0), [0.0; 0]);
+    }
+    assert_eq!(sampler.sample(&[0.2, 0.3]).unwrap().point, Mixed::Continuous(1));
+    assert_eq!(
+        sampler.sample(&[0.2_f64.next_down(), 0.3]).unwrap(),
+        Sample { point: Mixed::Atom(0), density: 0.2 }
+    );
+    let smooth = WithDelta::new(0.2, "mirror", CosineHemisphere).unwrap();
+    let w = DVec3::new(0.0, -0.6, 0.8);
+    let [preimage] = &smooth.preimages(&Mixed::Continuous(w)).unwrap()[..] else {
+        panic!("not one preimage")
+    };
+    assert_eq!((preimage.selecting, preimage.weight), (1, 0.8));
+    all_near(&preimage.xi, &[0.6, 0.36, 0.75], 1e-12);
+    assert_eq!(smooth.preimages(&Mixed::Atom(0)), None);
+    assert!(smooth.has_density());
+    let drawn =
+        WithDelta::new(0.2, "mirror", from_draws(warpcheck::domain::Disk, |xi: [f64; 2]| xi)).unwrap();
+    assert!(!drawn.has_density());
+}
+
+// ---- what all samplers have ----
+
+/// A reference and a box answer as the sampler does, and do not fall back on what the trait has for all.
+#[test]
+fn pointers_to_samplers_answer_like_them() {
+    /// Answers everything with something of its own.
+    struct Odd;
+    impl Sampler for Odd {
+        type Domain = warpcheck::domain::Interval;
+        fn domain(&self) -> Self::Domain {
+            warpcheck::domain::Interval::positive()
+        }
+        fn dimensions(&self) -> usize {
+            1
+        }
+        fn sample(&self, xi: &[f64]) -> Option<Sample<f64>> {
+            (xi[0] < 0.5).then_some(Sample { point: xi[0], density: 2.0 })
+        }
+        fn fill(&self, _: &[f64], samples: &mut [Option<Sample<f64>>]) {
+            samples.fill(Some(Sample { point: 7.0, density: 8.0 }));
+        }
+        fn fill_points(&self, _: &[f64], points: &mut [Option<f64>]) {
+            points.fill(Some(9.0));
+        }
+        fn density(&self, x: &f64) -> f64 {
+            3.0 * x
+        }
+        fn density_many(&self, points: &[f64], out: &mut Vec<f64>) {
+            out.clear();
+            out.resize(points.len(), 5.0);
+        }
+        fn invert(&self, x: &f64) -> Option<Vec<f64>> {
+            Some(vec![*x])
+        }
+        fn preimages(&self, _: &f64) -> Option<Vec<Preimage>> {
+            Some(vec![])
+        }
+        fn left_over(&self, xi: &[f64]) -> Option<f64> {
+            Some(xi[0])
+        }
+        fn variate_knots(&self, dimension: usize) -> Vec<f64> {
+            vec![dimension as f64]
+        }
+        fn rivals(&self, x: &f64) -> Vec<(&'static str, f64)> {
+            vec![("rival", *x)]
+        }
+        fn cell_mass(&self, _: &Cell) -> Option<f64> {
+            Some(0.25)
+        }
+        fn has_density(&self) -> bool {
+            false
+        }
+        fn is_slow(&self) -> bool {
+            true
+        }
+        fn knots(&self) -> Knots {
+            Knots::grid(2, 3)
+        }
+    }
+    fn judge(sampler: impl Sampler<Domain = warpcheck::domain::Interval>) {
+        assert_eq!((sampler.dimensions(), sampler.has_density(), sampler.is_slow()), (1, false, true));
+        assert_eq!(sampler.domain().measure(), f64::INFINITY);
+        assert_eq!(sampler.sample(&[0.25]), Some(Sample { point: 0.25, density: 2.0 }));
+        assert_eq!(sampler.sample(&[0.75]), None);
+        let (mut samples, mut points, mut densities) = ([None; 2], [None; 2], vec![1.0]);
+        sampler.fill(&[0.1, 0.2], &mut samples);
+        sampler.fill_points(&[0.1, 0.2], &mut points);
+        sampler.density_many(&[0.1, 0.2], &mut densities);
+        assert_eq!(samples, [Some(Sample { point: 7.0, density: 8.0 }); 2]);
+        assert_eq!((points, densities), ([Some(9.0); 2], vec![5.0; 2]));
+        assert_eq!(
+            (sampler.density(&2.0), sampler.invert(&0.5), sampler.preimages(&0.5)),
+            (6.0, Some(vec![0.5]), Some(vec![]))
+        );
+        assert_eq!(
+            (sampler.left_over(&[0.5]), sampler.variate_knots(4), sampler.rivals(&3.0)),
+            (Some(0.5), vec![4.0], vec![("rival", 3.0)])
+        );
+        assert_eq!((sampler.cell_mass(&patches(0..1)), sampler.knots()), (Some(0.25), Knots::grid(2, 3)));
+    }
+    judge(&Odd);
+    judge(Box::new(Odd));
+}
+
+/// What the trait has for samplers that say nothing of their own.
+#[test]
+fn what_samplers_do_unless_told() {
+    let warp = BarycentricWarp::new(TriangleWarp::LowDistortion, 2.0).unwrap();
+    let b = DVec3::new(0.125, 0.625, 0.25);
+    assert_eq!(warp.preimages(&b), Some(vec![Preimage { xi: vec![0.25, 0.75], selecting: 0, weight: 1.0 }]));
+    assert_eq!((Sampler::density(&warp, &b), warp.density(), warp.domain().measure()), (0.5, 0.5, 2.0));
+    let (mut densities, mut points) = (vec![7.0], [None; 2]);
+    warp.density_many(&[b, b], &mut densities);
+    assert_eq!(densities, [0.5, 0.5]);
+    warp.fill_points(&[0.25, 0.75, 0.0, 0.0], &mut points);
+    assert_eq!(points, [Some(b), Some(DVec3::Z)]);
+    assert!(warp.has_density() && !warp.is_slow());
+    assert_eq!((warp.left_over(&[0.5; 2]), warp.rivals(&b), warp.variate_knots(0)), (None, vec![], vec![]));
+    assert_eq!((warp.knots(), warp.cell_mass(&patches(0..1))), (Knots::default(), None));
+    // Three variates for two axes have no inverse of their own.
+    let light = plates(Sides::Front);
+    assert_eq!(light.seen_from(Vec3::ZERO).preimages(&DVec3::Z), None);
+    assert_eq!(light.seen_from(Vec3::ZERO).invert(&DVec3::Z), None);
+    let odd =
+        from_fn(warpcheck::domain::Disk, |xi: [f64; 2]| xi, |_: DVec2| 1.0).with_knots(Knots::grid(2, 2));
+    assert_eq!((odd.knots(), odd.dimensions()), (Knots::grid(2, 2), 2));
+    let drawn = from_draws(warpcheck::domain::Disk, |xi: [f64; 2]| xi);
+    assert!(drawn.density(&DVec2::ZERO).is_nan() && !drawn.has_density());
+    let sample = drawn.sample(&[0.25, 0.5]).unwrap();
+    assert!(sample.point == DVec2::new(0.25, 0.5) && sample.density.is_nan());
+}
