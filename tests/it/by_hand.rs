@@ -2,7 +2,8 @@
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use warpcheck::domain::{Cell, Knots, Mixed, Space, SurfacePoint};
+use warpcheck::domain::{Cell, Hemisphere, Knots, Mixed, Space, SurfacePoint};
+use warpcheck::random::{stream, unit_f64};
 use warpcheck::sampler::*;
 
 #[track_caller]
@@ -218,18 +219,75 @@ fn maps_of_one_colour_and_of_two() {
     assert!(dark.conditional(0).is_none() && dark.conditional(1).is_some());
     assert_eq!((dark.density_u(0.5, 0.2), dark.texel_mass(0, 0), dark.texel_mass(0, 1)), (None, 0.0, 1.0));
     assert_eq!((dark.radiance(Vec3::Z), dark.radiance(Vec3::NEG_Z)), (Vec3::ZERO, Vec3::ONE));
+    // phi = 0 is the start of the first column, and an ulp before it the end of the last.
+    let columns = of((0..4).map(|i| [i as f32; 3]).collect());
+    for (w, column) in [
+        (Vec3::X, 0.0),
+        (Vec3::new(1.0, 1e-30, 0.0), 0.0),
+        (Vec3::new(1.0, -1e-30, 0.0), 3.0),
+        (Vec3::Y, 1.0),
+        (Vec3::NEG_Y, 3.0),
+    ] {
+        assert_eq!(columns.radiance(w), Vec3::splat(column), "{w}");
+    }
+}
+
+/// Samples keep 2e-7 rad off the borders of columns.
+#[test]
+fn margins_of_columns() {
+    let map = RadianceMap::new(1000, 1, vec![[1.0; 3]; 1000]).unwrap();
+    let baseline = Environment::from_map(map.clone(), RowWarp::UniformV).unwrap();
+    let packed = PackedEnvironment::new(map, RowWarp::UniformV, Form::Guide).unwrap();
+    for column in [0, 1, 500, 999] {
+        let border = f64::from(column) / 1000.0;
+        for (xi, expected) in
+            [(border + 1e-9, border + 2e-7 / TAU), (border + 1e-3 - 1e-9, border + 1e-3 - 2e-7 / TAU)]
+        {
+            all_near(
+                &[baseline.sample([0.5, xi]).uv.x, packed.sample([0.5, xi]).uv.x],
+                &[expected; 2],
+                1e-10,
+            );
+        }
+    }
+}
+
+/// The masses of texels are whole numbers of 2^-53, and use up all of it.
+#[test]
+fn masses_of_an_alias_map_fill_it() {
+    let texels: Vec<[f32; 3]> =
+        (0..7 * 5).map(|i| if i % 4 == 1 { [0.0; 3] } else { [(i as f32 * 0.7).sin().abs(); 3] }).collect();
+    let map = RadianceMap::new(7, 5, texels).unwrap();
+    for rows in [RowWarp::UniformV, RowWarp::UniformCosTheta] {
+        let packed = PackedEnvironment::new(map.clone(), rows, Form::Alias).unwrap();
+        let steps = (0..35).map(|i| packed.texel_mass(i % 7, i / 7) * 2.0_f64.powi(53));
+        let total: u64 = steps.map(|steps| steps as u64).sum();
+        assert_eq!(total, 1 << 53);
+    }
+}
+
+/// 2^16 columns are the most that guides have place for.
+#[test]
+fn the_widest_map_with_guides() {
+    let map = RadianceMap::new(1 << 16, 1, vec![[1.0; 3]; 1 << 16]).unwrap();
+    let packed = PackedEnvironment::new(map, RowWarp::UniformCosTheta, Form::Guide).unwrap();
+    for column in [0, 1, 40_000, 65_535] {
+        assert_eq!(packed.texel_mass(column, 0), 1.0 / 65_536.0);
+        let u = packed.sample([0.5, (column as f64 + 0.5) / 65_536.0]).uv.x;
+        assert_eq!((u * 65_536.0) as usize, column);
+    }
 }
 
 /// Texels and what they take; 16 bytes for each border of rows and columns.
 #[test]
 fn bytes_of_maps() {
-    let (width, height) = (512, 256);
+    let (width, height) = (512, 8);
     let map = RadianceMap::new(width, height, vec![[1.0; 3]; width * height]).unwrap();
     let bytes = |rows, form| PackedEnvironment::new(map.clone(), rows, form).unwrap().table_bytes();
     let beside = 16 * (width + 1 + height + 1) + 8 * height;
     assert_eq!(bytes(RowWarp::UniformV, Form::Alias), 8 * width * height + beside);
     // A guide over the rows; 4 bytes a texel, 2 for each line of 16, 16 for the last of 32 lines.
-    let guide = 8 * height + 8 * 1024;
+    let guide = 8 * height + 8 * 32;
     assert_eq!(bytes(RowWarp::UniformV, Form::Guide), guide + height * (4 * width + 2 * 32 + 16) + beside);
     for form in [Form::Guide, Form::Alias] {
         assert!(bytes(RowWarp::UniformCosTheta, form) >= bytes(RowWarp::UniformV, form) + 33 * height);
@@ -273,6 +331,10 @@ fn uniform_directions_by_hand() {
     all_near(&UniformSphere.invert(&w).unwrap(), &[0.1, 0.75], 1e-12);
     all_near(&UniformSphere.invert(&-w).unwrap(), &[0.9, 0.25], 1e-12);
     all_near(&CosineHemisphere.invert(&w).unwrap(), &[0.36, 0.75], 1e-12);
+    let oblique = DVec3::new(0.48, -0.36, 0.8);
+    all_near(&UniformHemisphere.invert(&oblique).unwrap()[..1], &[0.2], 1e-12);
+    all_near(&UniformSphere.invert(&-oblique).unwrap()[..1], &[0.9], 1e-12);
+    all_near(&CosineHemisphere.invert(&oblique).unwrap()[..1], &[0.36], 1e-12);
     // An ulp below a whole turn, not one.
     let turn = CosineHemisphere.invert(&DVec3::new(1.0, -1e-300, 0.0)).unwrap()[1];
     assert!(turn < 1.0 && turn > 0.999, "{turn}");
@@ -466,6 +528,56 @@ fn a_tree_of_four_lights() {
     }
 }
 
+/// Two lights alike, from between them: a half each, the border itself to the second.
+#[test]
+fn the_border_between_two_lights() {
+    let at = |x: f32| [Vec3::new(x, 0.0, 0.0), Vec3::new(x, 1.0, 0.0), Vec3::new(x, 0.0, 1.0)];
+    let tree = LightTree::new([(at(-1.0), 2.0), (at(1.0), 2.0)]).unwrap();
+    for (xi, light) in [(0.0, 0), (0.5_f64.next_down(), 0), (0.5, 1), (1.0_f64.next_down(), 1)] {
+        assert_eq!(tree.choose(Vec3::ZERO, xi), (light, 0.5), "{xi}");
+    }
+}
+
+/// Triangles all round, hit by a ray as Moeller and Trumbore have it: the density of a direction sums over all that it meets.
+#[test]
+fn densities_of_directions_sum_over_all_hits() {
+    let mut rng = stream(21, "hits", 0);
+    let mut draw = || DVec3::from_array([(); 3].map(|()| 2.0 * unit_f64(&mut rng) - 1.0)).as_vec3();
+    let triangles: Vec<[Vec3; 3]> = (0..60)
+        .map(|i| {
+            // From large ones close by to small ones far away.
+            let (centre, size) = (4.0 * draw(), 0.1 + 0.05 * i as f32);
+            [(); 3].map(|()| centre + size * draw())
+        })
+        .collect();
+    for (x, sides) in
+        [(Vec3::ZERO, Sides::Both), (Vec3::new(3.0, -2.0, 5.0), Sides::Front), (Vec3::X, Sides::Front)]
+    {
+        let light = MeshLight::new(&triangles, sides).unwrap();
+        let seen = light.seen_from(x);
+        let mut met = 0;
+        for _ in 0..2000 {
+            let w = draw().as_dvec3().normalize();
+            let hits = triangles.iter().filter_map(|t| {
+                let [a, b, c] = t.map(|v| v.as_dvec3() - x.as_dvec3());
+                let (ab, ac) = (b - a, c - a);
+                let p = w.cross(ac);
+                let determinant = ab.dot(p);
+                let (u, q) = (-a.dot(p) / determinant, (-a).cross(ab));
+                let (v, distance) = (w.dot(q) / determinant, ac.dot(q) / determinant);
+                let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0;
+                let cosine = -ab.cross(ac).normalize().dot(w);
+                let lit = cosine > 0.0 || sides == Sides::Both;
+                (inside && lit).then(|| distance * distance / cosine.abs())
+            });
+            let expected = hits.sum::<f64>() / light.area();
+            met += u32::from(expected > 0.0);
+            near(seen.density(&w), expected, 1e-5);
+        }
+        assert!(met > 50, "{met}");
+    }
+}
+
 /// Two triangles at height 1, of areas 1/2 and 3/2, facing down.
 fn plates(sides: Sides) -> MeshLight {
     let small = [Vec3::new(0.0, 0.0, 1.0), Vec3::new(0.0, 1.0, 1.0), Vec3::new(1.0, 0.0, 1.0)];
@@ -577,6 +689,8 @@ fn weights_of_strategies() {
         all_near(&[Heuristic::Balance.weight_among(own, strategies)], &[balance], 1e-15);
         all_near(&[Heuristic::Power.weight_among(own, strategies)], &[power], 1e-15);
     }
+    // Products of what is tiny: their ratio is 1, their squares are nothing.
+    assert_eq!(Heuristic::Power.weight_among(0, [(1.0, 1e-200), (1e-200, 1.0)]), 0.5);
     // A large density of a strategy that never draws.
     near(Heuristic::Power.weight_among(0, [(1.0, 3.0), (0.0, 1e300), (2.0, 2.0)]), 9.0 / 25.0, 1e-15);
 }
@@ -627,6 +741,17 @@ fn a_mixture_by_hand() {
             .into()
         );
     }
+    // Of weight 0, a part may even be infinite.
+    let infinite = || {
+        from_fn(
+            Hemisphere,
+            |[u, v]: [f32; 2]| CosineHemisphere.sample(Vec2::new(u, v)),
+            |_: DVec3| f64::INFINITY,
+        )
+    };
+    let uniform_alone = Sampler::density(&UniformHemisphere, &w);
+    assert_eq!(Mixture::new(0.0, infinite(), UniformHemisphere).unwrap().density(&w), uniform_alone);
+    assert_eq!(Mixture::new(1.0, UniformHemisphere, infinite()).unwrap().density(&w), uniform_alone);
     let under = Mixture::new(0.25, CosineHemisphere, UniformHemisphere).unwrap().preimages(&DVec3::NEG_Z);
     assert_eq!(under, Some(vec![]));
     let no_inverse = Mixture::new(0.25, CosineHemisphere, PhongLobe::new(Vec3::Z, 1.0).unwrap()).unwrap();
@@ -648,6 +773,9 @@ fn a_mixture_of_tables_by_hand() {
     let light = plates(Sides::Front);
     let longer = Mixture::new(0.5, &light, Mixture::new(0.5, &light, &light).unwrap()).unwrap();
     assert_eq!(longer.dimensions(), 5);
+    all_near(&longer.variate_knots(1), &[0.25, 0.5], 1e-15);
+    all_near(&longer.variate_knots(2), &[0.25, 0.25], 1e-15);
+    assert_eq!((longer.variate_knots(3), longer.variate_knots(4)), (vec![], vec![]));
     let point = SurfacePoint { triangle: 1, barycentric: DVec3::new(0.125, 0.625, 0.25) };
     let preimages = longer.preimages(&point).unwrap();
     let described: Vec<_> = preimages.iter().map(|p| (p.xi.len(), p.selecting)).collect();
@@ -671,7 +799,9 @@ fn a_delta_beside_a_table() {
     for c in [0.0, 1.0] {
         assert_eq!(WithDelta::new(c, "mirror", &table).unwrap().variate_knots(0), [0.0; 0]);
     }
-    assert_eq!(sampler.sample(&[0.2, 0.3]).unwrap().point, Mixed::Continuous(1));
+    let drawn = sampler.sample(&[0.2, 0.3]).unwrap();
+    assert_eq!(drawn.point, Mixed::Continuous(1));
+    near(drawn.density, 0.2, 1e-15);
     assert_eq!(
         sampler.sample(&[0.2_f64.next_down(), 0.3]).unwrap(),
         Sample { point: Mixed::Atom(0), density: 0.2 }
