@@ -108,6 +108,82 @@ fn bytes_of_tables() {
     assert_eq!(bytes(1 << 17, Form::Alias), 20 << 17);
 }
 
+/// Weights over six orders of magnitude, with zeros and runs of equal ones.
+fn ragged(entries: usize) -> Vec<f64> {
+    let mut rng = stream(22, "weights", 0);
+    let mut draw = || unit_f64(&mut rng);
+    (0..entries)
+        .map(|i| {
+            if i % 7 == 3 {
+                0.0
+            } else if i % 20 > 15 {
+                1.0
+            } else {
+                10.0_f64.powf(6.0 * draw() - 3.0)
+            }
+        })
+        .collect()
+}
+
+/// Between two borders all variates choose the same entry, and what an entry has of them adds up to its mass.
+#[test]
+fn parts_of_an_alias_table_add_up() {
+    // The last: heavy ones that have to lend to each other.
+    for weights in [ragged(5), ragged(100), ragged(256), vec![9.0, 8.0, 7.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5]] {
+        let table = DiscreteAlias::new(&weights).unwrap();
+        let mut borders = sorted(table.variate_knots(0));
+        borders.insert(0, 0.0);
+        borders.push(1.0);
+        let mut shares = vec![0.0; weights.len()];
+        for part in borders.windows(2) {
+            let entries =
+                [part[0], 0.5 * (part[0] + part[1]), part[1].next_down()].map(|xi| table.choose(xi).index);
+            assert_eq!(entries, [entries[0]; 3], "{part:?}");
+            shares[entries[0]] += part[1] - part[0];
+        }
+        let masses: Vec<f64> = (0..weights.len()).map(|i| table.mass(i)).collect();
+        all_near(&shares, &masses, 1e-14);
+    }
+}
+
+/// A border belongs to the entry that begins there, and the step before it to the one that ends.
+#[test]
+fn borders_of_ordered_tables() {
+    let mut crowd = vec![1e-9; 300];
+    crowd[7] = 1.0;
+    for weights in [ragged(5), ragged(300), crowd, vec![1.0; 64]] {
+        for form in [Form::Cdf, Form::Guide] {
+            let table = DiscreteTable::new(&weights, form).unwrap();
+            for (i, _) in weights.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+                let (start, end) = (table.cumulative(i), table.cumulative(i + 1));
+                let steps = [start, 0.5 * (start + end), end - 2.0_f64.powi(-53)];
+                assert_eq!(steps.map(|xi| table.choose(xi).index), [i; 3], "{form:?} {i}");
+                let bits = steps.map(|xi| ((xi * 2.0_f64.powi(53)) as u64) << 11);
+                let mut found = [0; 3];
+                table.indices(&bits, &mut found);
+                assert_eq!(found, [i as u32; 3], "{form:?} {i}");
+            }
+        }
+    }
+}
+
+#[test]
+fn weights_at_the_ends_of_f64() {
+    let masses = |weights: &[f64]| -> Vec<f64> {
+        let table = DiscreteCdf::new(weights).unwrap();
+        (0..weights.len()).map(|i| table.mass(i)).collect()
+    };
+    all_near(&masses(&[f64::MAX; 8]), &[0.125; 8], 1e-15);
+    all_near(&masses(&[f64::MAX, f64::MAX / 2.0, f64::MAX / 2.0]), &[0.5, 0.25, 0.25], 1e-15);
+    all_near(&masses(&[5e-324, 1e-323]), &[1.0 / 3.0, 2.0 / 3.0], 1e-15);
+    all_near(&masses(&[f64::MIN_POSITIVE, 3.0 * f64::MIN_POSITIVE]), &[0.25, 0.75], 1e-15);
+    // 4096 times half a unit of 2^-53 is lost one by one, and is 2048 units together; each has one more to be drawn with.
+    let mut small = vec![2.0_f64.powi(-54); 4097];
+    small[0] = 1.0;
+    let left = (1.0 - masses(&small)[0]) * 2.0_f64.powi(53);
+    assert!((left - (4096.0 + 2048.0)).abs() <= 2.0, "{left}");
+}
+
 // ---- maps ----
 
 /// Four columns, the rows 1 1 1 1 and 1 2 3 2: the lower has two thirds of the light.
@@ -461,6 +537,37 @@ fn an_octant_by_hand() {
     near(other.density(inside), 1.0 / FRAC_PI_2, 1e-15);
     let ((sin, cos), w) = ((FRAC_PI_2 * 0.3).sin_cos(), other.sample([0.3, 1.0]));
     assert!((w - DVec3::new(sin, 0.0, cos)).length() < 1e-14, "{w}");
+}
+
+/// Seen from its own plane a triangle has no solid angle: from beside, on an edge, in a corner and from within.
+#[test]
+fn triangles_seen_from_their_plane() {
+    let corners = [Vec3::X, Vec3::new(-0.5, 0.75, 0.0), Vec3::new(-0.5, -0.75, 0.0)];
+    for x in
+        [Vec3::ZERO, Vec3::new(0.1, 0.2, 0.0), Vec3::new(-0.5, 0.0, 0.0), Vec3::X, Vec3::new(5.0, 0.0, 0.0)]
+    {
+        assert!(SphericalTriangle::new(x, corners).is_none(), "{x}");
+    }
+    // From just above its middle it is half of all directions.
+    let above = SphericalTriangle::new(Vec3::Z * 1e-6, corners).unwrap();
+    near(above.solid_angle(), TAU, 1e-5);
+}
+
+/// From (0, 0, 0) to (0, 3, 4), whose normal is -Z: distance 5, cosine 4/5.
+#[test]
+fn a_view_by_hand() {
+    let view = View::new(Vec3::X, Vec3::new(1.0, 3.0, 4.0), Vec3::NEG_Z).unwrap();
+    assert_eq!((view.distance_squared, view.cosine), (25.0, 0.8));
+    assert!((view.direction - DVec3::new(0.0, 0.6, 0.8)).length() < 1e-15);
+    near(view.per_solid_angle(2.0), 2.0 * 25.0 / 0.8, 1e-15);
+    near(view.per_area(2.0), 2.0 * 0.8 / 25.0, 1e-15);
+    assert_eq!(View::along(DVec3::new(0.0, 3.0, 4.0), Vec3::NEG_Z), Some(view));
+    let behind = View::along(DVec3::new(0.0, 3.0, 4.0), Vec3::Z).unwrap();
+    assert_eq!((behind.cosine, behind.per_solid_angle(2.0), behind.per_area(2.0)), (-0.8, 0.0, 0.0));
+    assert_eq!(behind.two_sided(), view);
+    let edge_on = View::along(DVec3::Y, Vec3::Z).unwrap();
+    assert_eq!((edge_on.per_solid_angle(2.0), edge_on.per_area(2.0)), (0.0, 0.0));
+    assert_eq!(View::new(Vec3::X, Vec3::X, Vec3::Z), None);
 }
 
 /// Half a face of a cube has a twelfth of the sphere. With a second variate of 1 samples lie on the arc from a to c, which the first cuts by area.
@@ -902,6 +1009,77 @@ fn pointers_to_samplers_answer_like_them() {
     }
     judge(&Odd);
     judge(Box::new(Odd));
+}
+
+/// Samplers of directions take two variates, and the trait shows what their own methods answer, in `f64`.
+#[test]
+fn the_trait_shows_samplers_as_they_are() {
+    #[track_caller]
+    fn judge(
+        sampler: &impl Sampler<Domain: warpcheck::domain::Domain<Point = DVec3>>,
+        measure: f64,
+        own_sample: impl Fn(Vec2) -> Option<DVec3>,
+        own_density: impl Fn(Vec3) -> f64,
+    ) {
+        assert_eq!(sampler.dimensions(), 2);
+        near(sampler.domain().measure(), measure, 1e-15);
+        for xi in [[0.25, 0.125], [0.5, 0.625], [0.75, 0.875]] {
+            let sample = sampler.sample(&xi);
+            assert_eq!(sample.map(|s| s.point), own_sample(Vec2::new(xi[0] as f32, xi[1] as f32)));
+            if let Some(sample) = sample {
+                let density = own_density(sample.point.as_vec3());
+                near(sample.density, density, 1e-6);
+                near(sampler.density(&sample.point), density, 1e-6);
+            }
+        }
+    }
+    let up = Vec3::new(0.36, -0.48, 0.8);
+    let some = |w: Vec3| Some(w.as_dvec3());
+    let (half, whole) = (TAU, 2.0 * TAU);
+    judge(
+        &CosineHemisphere,
+        half,
+        |xi| some(CosineHemisphere.sample(xi)),
+        |w| CosineHemisphere.density(w).into(),
+    );
+    judge(
+        &UniformHemisphere,
+        half,
+        |xi| some(UniformHemisphere.sample(xi)),
+        |w| UniformHemisphere.density(w).into(),
+    );
+    judge(&UniformSphere, whole, |xi| some(UniformSphere.sample(xi)), |w| UniformSphere.density(w).into());
+    let phong = PhongLobe::new(up, 3.0).unwrap();
+    judge(&phong, half, |xi| phong.sample(xi).and_then(some), |w| phong.density(w).into());
+    let ggx = GgxVisibleNormals::new(up, 0.4).unwrap();
+    judge(&ggx, half, |xi| ggx.sample(xi).and_then(some), |w| ggx.density(w).into());
+    let lobe = VonMisesFisher::new(up, 2.0).unwrap();
+    judge(&lobe, whole, |xi| some(lobe.sample(xi)), |w| lobe.density(w).into());
+    let octant = SphericalTriangle::new(Vec3::ZERO, [Vec3::X, Vec3::Y, Vec3::Z]).unwrap();
+    let place = |xi: Vec2| xi.as_dvec2().to_array();
+    judge(&octant, whole, |xi| Some(octant.sample(place(xi))), |_| 1.0 / FRAC_PI_2);
+    assert_eq!(Sampler::density(&octant, &DVec3::NEG_ONE.normalize()), 0.0);
+    for rows in [RowWarp::UniformV, RowWarp::UniformCosTheta] {
+        let map = Environment::from_map(small_map(), rows).unwrap();
+        judge(&map, whole, |xi| some(map.sample(place(xi)).direction), |w| map.density(w).into());
+        for form in [Form::Guide, Form::Alias] {
+            let map = PackedEnvironment::new(small_map(), rows, form).unwrap();
+            judge(&map, whole, |xi| some(map.sample(place(xi)).direction), |w| map.density(w).into());
+        }
+    }
+    // About an oblique direction: along its own tangents.
+    let Frame { tangent, bitangent, normal } = Frame::new(up);
+    assert!(
+        (tangent.cross(bitangent) - normal).length() < 1e-6
+            && tangent.is_normalized()
+            && tangent.dot(up).abs() < 1e-6
+    );
+    for (v, local) in [(tangent, Vec3::X), (bitangent, Vec3::Y), (normal, Vec3::Z)] {
+        assert!(
+            (Frame::new(up).to_local(v) - local).length() < 1e-6
+                && (Frame::new(up).to_world(local) - v).length() < 1e-6
+        );
+    }
 }
 
 /// What the trait has for samplers that say nothing of their own.
