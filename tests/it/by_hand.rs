@@ -167,7 +167,10 @@ fn half_cells_answer_as_cells_do() {
 /// Tables whose cells are made in several pieces: on a fine grid of variates every tenth of the entries has its mass.
 #[test]
 fn pieces_of_an_alias_table_fit_together() {
-    for weights in [ragged(40_000), (0..40_000).map(|i| f64::from(i % 20_000 / 19_990)).collect()] {
+    // Two heavy entries with a piece without any between them.
+    let mut far = vec![1e-6; 40_000];
+    (far[7], far[39_990]) = (1.0, 2.0);
+    for weights in [ragged(40_000), far] {
         let table = DiscreteAlias::new(&weights).unwrap();
         let (points, mut counts) = (1 << 18, vec![0; 40_000]);
         for k in 0..points {
@@ -403,6 +406,25 @@ fn masses_of_an_alias_map_fill_it() {
     }
 }
 
+/// Texels of an alias map get as many variates as their mass says, evenly spread over their width.
+#[test]
+fn an_alias_map_draws_its_masses() {
+    for rows in [RowWarp::UniformV, RowWarp::UniformCosTheta] {
+        let packed = PackedEnvironment::new(small_map(), rows, Form::Alias).unwrap();
+        let (points, mut counts, mut places) = (4096, [0.0; 8], [0.0; 8]);
+        for k in 0..points {
+            let [u, v] = packed.sample([(f64::from(k) + 0.5) / f64::from(points), 0.25]).uv.to_array();
+            let texel = (4.0 * u) as usize + 4 * (2.0 * v) as usize;
+            counts[texel] += 1.0;
+            places[texel] += (4.0 * u).fract();
+        }
+        for (i, (count, place)) in counts.into_iter().zip(places).enumerate() {
+            all_near(&[count / f64::from(points)], &[packed.texel_mass(i % 4, i / 4)], 2e-3);
+            all_near(&[place / count], &[0.5], 0.01);
+        }
+    }
+}
+
 /// A texel of one of the 2^31 steps that a row has: samples are spread over all of its width. The texel of no light is no border.
 #[test]
 fn a_texel_of_one_step() {
@@ -417,6 +439,11 @@ fn a_texel_of_one_step() {
     }
     all_near(&[packed.sample([0.5, 0.5]).uv.x], &[0.5], 1e-9);
     assert_eq!(packed.variate_knots(1), [1.0 - step]);
+    // Where others follow, too.
+    let texels = [1.0, 1e-12, 1e-12, 1.0].map(|x| [x; 3]);
+    let map = RadianceMap::new(4, 1, texels.to_vec()).unwrap();
+    let packed = PackedEnvironment::new(map, RowWarp::UniformV, Form::Guide).unwrap();
+    assert_eq!([packed.texel_mass(1, 0), packed.texel_mass(2, 0)], [step; 2]);
     all_near(&DiscreteCdf::new(&[0.0, 1.0, 1.0]).unwrap().variate_knots(0), &[0.5], 1e-15);
 }
 
@@ -929,6 +956,9 @@ fn weights_of_strategies() {
     // Products of what is tiny: their ratio is 1, their squares are nothing.
     assert_eq!(Heuristic::Power.weight_among(0, [(1.0, 1e-200), (1e-200, 1.0)]), 0.5);
     assert_eq!(Heuristic::Balance.weight_among(0, [(1e-200, 1.0), (1e-200, 1.0)]), 0.5);
+    // A large share of a strategy that never draws here.
+    let shares = [(1e-30_f32, 1.0), (1e30, 0.0), (1e-30, 1.0)];
+    assert_eq!(Heuristic::Balance.weight_among(0, shares), 0.5);
     // A large density of a strategy that never draws.
     near(Heuristic::Power.weight_among(0, [(1.0, 3.0), (0.0, 1e300), (2.0, 2.0)]), 9.0 / 25.0, 1e-15);
 }
@@ -951,6 +981,10 @@ fn a_mixture_by_hand() {
         (mixture.dimensions(), mixture.variate_knots(0), mixture.variate_knots(1)),
         (3, vec![0.25], vec![])
     );
+    // The border belongs to the second.
+    let second = Sampler::sample(&UniformHemisphere, &[0.3, 0.4]).unwrap().point;
+    assert_eq!(mixture.sample(&[0.25, 0.3, 0.4]).unwrap().point, second);
+    assert_ne!(mixture.sample(&[0.25_f64.next_down(), 0.3, 0.4]).unwrap().point, second);
     // Either part leads back to the point.
     let preimages = mixture.preimages(&w).unwrap();
     let weights: Vec<f64> = preimages.iter().map(|p| p.weight).collect();
