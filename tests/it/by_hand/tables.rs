@@ -169,6 +169,18 @@ fn an_entry_without_a_part_of_its_own_cell() {
     assert!(table.variate(2, 0.5).is_nan());
 }
 
+/// An entry that fills its cell to the step lends nothing, although the heavy one before it gave 4 steps too much.
+#[test]
+fn an_entry_that_fills_its_cell() {
+    let k = 2.0_f64.powi(51);
+    let masses = [k + 6.0, k, k - 10.0, k + 4.0];
+    let table = DiscreteAlias::new(&masses.map(|m| m - 1.0)).unwrap();
+    let step = 2.0_f64.powi(-53);
+    assert_eq!([0, 1, 2, 3].map(|i| table.mass(i)), masses.map(|m| m * step));
+    assert_eq!([0.25, 0.5 - 4.0 * step, 0.5 - step].map(|xi| table.choose(xi).index), [1; 3]);
+    assert_eq!([0.25 - step, 0.25 - 5.0 * step].map(|xi| table.choose(xi).index), [3, 0]);
+}
+
 /// A border belongs to the entry that begins there, and the step before it to the one that ends.
 #[test]
 fn borders_of_ordered_tables() {
