@@ -12,7 +12,7 @@ for folder in "${folders[@]}"; do
     unit=(domain:: fault:: oracle:: random:: sampler::)
     case $folder in
     statistics) tests=(statistics::) ;;
-    sampler) tests=(properties:: environment:: oracles:: broken::) ;;
+    sampler) tests=(by_hand:: properties:: environment:: oracles:: broken::) ;;
     verify) tests=(checks:: broken:: metamorphic:: two_samples::) ;;
     *) echo "no folder $folder: statistics, sampler or verify" >&2; exit 2 ;;
     esac

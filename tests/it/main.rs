@@ -8,6 +8,7 @@ mod bad_input;
 mod broken;
 #[cfg(feature = "cli")]
 mod browser;
+mod by_hand;
 mod calibration;
 mod checks;
 #[cfg(feature = "cli")]
