@@ -7,11 +7,13 @@ use crate::domain::{Cell, Knots, Location};
 use crate::verify::check::Case;
 use std::ops::Range;
 
-/// Pairs of points that each axis of a leaf gets: the more leaves there are, the less a factor changes within one.
-fn panels(leaves: usize) -> usize {
+/// Pairs of points that each axis of a leaf gets: the more leaves there are, the less a factor changes within one; what a mistake does to a table changes
+/// from texel to texel.
+fn panels(leaves: usize, is_table: bool) -> usize {
     match leaves {
         0..0x400 => 4,
-        0x400..0x2000 => 2,
+        0x400..=0x1000 if is_table => 4,
+        0x400..0x2000 if !is_table => 2,
         _ => 1,
     }
 }
@@ -60,7 +62,8 @@ impl Nodes {
         let (probe, partition) = (case.probe, &case.expectation.partition);
         let leaves = partition.leaves();
         let axes = probe.space().axes();
-        let panels = panels(leaves.len());
+        let is_table = probe.knots().axes.iter().any(|knots| !knots.is_empty());
+        let panels = panels(leaves.len(), is_table);
         let stride = probe.space().patches().div_ceil(PATCHES);
         let per_leaf = crate::parallel::map(leaves.len(), |leaf| {
             let cell = &leaves[leaf];
