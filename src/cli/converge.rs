@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use warpcheck::estimator::{
-    self, Budget, Clock, Convergence, Curve, Experiment, LONG_RUN, Lights, Plan, Settings, Strategy, Truth,
+    self, Budget, Clock, Convergence, Curve, Experiment, Lights, Plan, Settings, Strategy, Truth,
     convergence, render,
 };
 use warpcheck::picture::{Picture, write_atomically, write_png};
@@ -72,10 +72,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
         Some(given) => truth(&scene, given)?,
         None => Truth::LongRun(None),
     };
-    let mut rendered = strategies.clone();
-    if let Truth::LongRun(named) = &truth {
-        rendered.push(named.unwrap_or(LONG_RUN));
-    }
+    let rendered = strategies.iter().copied().chain(truth.long_run()).collect::<Vec<_>>();
     let planned = Plan::of(&scene, &rendered, arguments.lights.sampling())?;
     let lights = planned.lights();
     let setup = clock.read();

@@ -7,7 +7,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
-use warpcheck::estimator::{Integrator, Plan, Progress, Rendered, Settings, Strategy, out_of_reach, render};
+use warpcheck::estimator::{
+    Integrator, Plan, Progress, Rendered, Settings, Strategy, render, share_out_of_reach,
+};
 use warpcheck::picture::{Canvas, Sheet, Tile, write_atomically, write_exr, write_png};
 use warpcheck::report;
 use warpcheck::report::html::Group;
@@ -239,7 +241,6 @@ fn write(scene: &Scene, rendered: &Rendered, path: &Path) -> Result<Canvas> {
 
 /// `told_error`: whether its own error stopped it.
 fn say(scene: &Scene, rendered: &Rendered, told_error: bool, path: &Path) -> Result<()> {
-    const TILE: usize = 8;
     let seconds = rendered.time.as_secs_f64();
     let pixels = (rendered.film.width() * rendered.film.height()) as f64;
     let mut line = format!(
@@ -253,12 +254,11 @@ fn say(scene: &Scene, rendered: &Rendered, told_error: bool, path: &Path) -> Res
         line += "  no sample met any light: the picture is black\n";
     }
     if told_error {
-        let tiles = out_of_reach(scene, rendered.strategy, rendered.passes, TILE);
-        let beyond = tiles.iter().filter(|&&beyond| beyond).count();
-        if beyond > 0 {
-            let share = 100.0 * beyond as f64 / tiles.len() as f64;
+        let beyond = share_out_of_reach(scene, rendered.strategy, rendered.passes);
+        if beyond > 0.0 {
             line += &format!(
-                "  its samples hardly find the lobes that {share:.0}% of the tiles show: the error that it was stopped at leaves them out\n"
+                "  its samples hardly find the lobes that {:.0}% of the tiles show: the error that it was stopped at leaves them out\n",
+                100.0 * beyond
             );
         }
     }

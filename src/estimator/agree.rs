@@ -8,8 +8,8 @@
 //! Welch's test wants means that are normal. Light that comes in few, bright samples makes others: as long as none has come, the mean is
 //! too small and its standard error knows nothing of it. So a tile
 //!
-//! - is *unseen* if it shows a lobe that so many samples of the strategy hardly find (those of lights, and sharp mirrors), or if fewer than [`Criteria::least_seen`] samples make up its mean in either estimate (Kish's effective number, see
-//!   [`Blocks::effective`]). What is unseen here can be unseen in a tile that is bright for other reasons, so
+//! - is *unseen* if it shows a lobe that so many samples of the strategy hardly find (those of lights, and sharp mirrors), or if fewer than
+//!   [`Criteria::least_seen`] samples make up its mean in either estimate (Kish's effective number, see [`Blocks::effective`]). What is unseen here can be unseen in a tile that is bright for other reasons, so
 //!   its neighbours are *beside* it, unless they are a hundred times brighter than either estimate of it, and neither is tested;
 //! - is *thin* if fewer than [`Criteria::least_effective`] do; is *skewed* if the skewness of the batch means is more than 4 standard errors
 //!   sqrt(6 / batches), as it is if less than about six samples decide; neighbours of skewed tiles count as skewed, since those may have had bad luck.
@@ -57,10 +57,10 @@ const NOTICED: f64 = 0.01;
 const LEVELS: u32 = 3;
 /// Pixels that a difference must not hang on alone.
 const HANGING: usize = 3;
-/// Tiles to each side whose scatter a difference must stand out from.
-const AROUND: usize = 4;
 /// The p-value from which on what is left without them is nothing.
 const NOTHING_LEFT: f64 = 0.01;
+/// Tiles to each side whose scatter a difference must stand out from.
+const AROUND: usize = 4;
 
 /// An estimate of a picture, tile by tile.
 #[derive(Clone, Debug, PartialEq)]
@@ -202,6 +202,14 @@ impl Estimate {
     fn mean(&self, tile: usize, c: usize) -> f64 {
         let means = &self.tiles[tile].means;
         means.iter().map(|m| m[c]).sum::<f64>() / means.len() as f64
+    }
+
+    /// The tiles at most `reach` places from one, itself among them.
+    fn around(&self, tile: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
+        let (columns, x, y) = (self.columns, tile % self.columns, tile / self.columns);
+        let near = |at: usize, count: usize| at.saturating_sub(reach)..=(at + reach).min(count - 1);
+        let (xs, ys) = (near(x, columns), near(y, self.rows));
+        ys.flat_map(move |y| xs.clone().map(move |x| y * columns + x))
     }
 
     fn is_known(&self) -> bool {
@@ -525,24 +533,21 @@ fn compare_two(
     let beyond = |t: usize| both.iter().any(|e| e.out_of_reach[t]);
     let own = |t: usize| if beyond(t) { Some(Doubt::Unseen) } else { doubt(both, &[t], criteria, lit) };
     let doubts: Vec<_> = (0..number).map(own).collect();
-    let around = |tile: usize| {
-        let (x, y) = (tile % columns, tile / columns);
-        let (xs, ys) =
-            (x.saturating_sub(1)..=(x + 1).min(columns - 1), y.saturating_sub(1)..=(y + 1).min(rows - 1));
-        ys.flat_map(move |y| xs.clone().map(move |x| y * columns + x))
-    };
     let brightest = |t: usize| (0..3).map(|c| both[0].mean(t, c).max(both[1].mean(t, c))).sum::<f64>();
     let mut tiles: Vec<_> = (0..number)
         .map(|t| match doubts[t] {
             _ if (0..3).all(|c| !lit(t, c)) => TileTest::Dark,
             Some(Doubt::Unseen) => TileTest::Doubtful(Doubt::Unseen),
-            _ if around(t)
+            _ if both[0]
+                .around(t, 1)
                 .any(|n| doubts[n] == Some(Doubt::Unseen) && brightest(n) > NOTICED * brightest(t)) =>
             {
                 TileTest::Doubtful(Doubt::Beside)
             }
             Some(own) => TileTest::Doubtful(own),
-            None if around(t).any(|n| doubts[n] == Some(Doubt::Skewed)) => TileTest::Doubtful(Doubt::Skewed),
+            None if both[0].around(t, 1).any(|n| doubts[n] == Some(Doubt::Skewed)) => {
+                TileTest::Doubtful(Doubt::Skewed)
+            }
             // Until it is tested.
             None => TileTest::Tested { p: f64::NAN, difference: 0.0, together: 1 },
         })
@@ -655,21 +660,16 @@ fn hangs_on_few(both: [&Estimate; 2], set: &[usize], c: usize, test: &Tested) ->
 
 /// The test of some tiles if their means scattered as those of the restless ones around them, which may have seen what these have not.
 fn beside_such_tails(both: [&Estimate; 2], set: &[usize], c: usize) -> Tested {
-    let (columns, rows) = (both[0].columns, both[0].rows);
-    let near = |t: usize, x: usize, y: usize| {
-        (t % columns).abs_diff(x) <= AROUND && (t / columns).abs_diff(y) <= AROUND
-    };
-    let around: Vec<usize> =
-        (0..columns * rows).filter(|&n| set.iter().any(|&t| near(t, n % columns, n / columns))).collect();
+    let around = || set.iter().flat_map(|&t| both[0].around(t, AROUND));
     let [a, b] = both.map(|e| {
         let own = e.together(set, c).summary;
-        let restless = |&n: &usize| {
+        let restless = |n: usize| {
             let there = e.together(&[n], c).summary;
             // What is brighter scatters more.
             let scale = if there.mean.abs() > own.mean.abs() { (own.mean / there.mean).powi(2) } else { 1.0 };
             scale * there.variance / set.len() as f64
         };
-        Summary { variance: around.iter().map(restless).fold(own.variance, f64::max), ..own }
+        Summary { variance: around().map(restless).fold(own.variance, f64::max), ..own }
     });
     test(a, b)
 }

@@ -20,7 +20,7 @@
 //!
 //! Everything but the times is the same to the last bit for any number of threads.
 
-use super::{Clock, Cost, Film, Integrator, Lights, Settings, Strategy, reach::out_of_reach, render};
+use super::{Clock, Cost, Film, Integrator, Lights, Settings, Strategy, render, share_out_of_reach};
 use crate::picture::{Field, Picture};
 use crate::random::stream;
 use crate::sampler::Heuristic;
@@ -103,6 +103,16 @@ pub enum Truth {
     LongRun(Option<Strategy>),
     /// A picture of the same size, taken as exact.
     Picture(Picture),
+}
+
+impl Truth {
+    /// The strategy of the long run, if it is one.
+    pub fn long_run(&self) -> Option<Strategy> {
+        match self {
+            Self::LongRun(named) => Some(named.unwrap_or(LONG_RUN)),
+            Self::Picture(_) => None,
+        }
+    }
 }
 
 /// A part of the picture.
@@ -235,6 +245,11 @@ impl Curve {
     /// Whether all of its error is rounding (root mean square below 1e-6 of the radiance): then slopes, bias and efficiency say nothing.
     pub fn is_exact(&self) -> bool {
         self.last().is_some_and(|last| last.relative.mean < EXACT * EXACT)
+    }
+
+    /// Whether its samples can have found all lobes that are shown, so that its error is that of the whole picture.
+    pub fn sees_all(&self) -> bool {
+        self.out_of_reach == 0.0
     }
 
     /// Passes and CPU seconds until the root of the squared error is `root`, by the fits: beyond the last count, an extrapolation.
@@ -437,15 +452,10 @@ impl<'a> Work<'a> {
     }
 
     fn reference_passes(&self) -> u32 {
-        match self.plan.truth {
-            Truth::LongRun(named) => {
-                let strategy = named.unwrap_or(LONG_RUN);
-                let place = self.plan.strategies.iter().position(|&listed| listed == strategy);
-                let passes = place.map(|i| self.passes[i]).or(self.passes.iter().copied().min());
-                passes.map_or(0, |passes| passes.saturating_mul(REFERENCE))
-            }
-            Truth::Picture(_) => 0,
-        }
+        let Some(strategy) = self.plan.truth.long_run() else { return 0 };
+        let place = self.plan.strategies.iter().position(|&listed| listed == strategy);
+        let passes = place.map(|i| self.passes[i]).or(self.passes.iter().copied().min());
+        passes.map_or(0, |passes| passes.saturating_mul(REFERENCE))
     }
 
     fn stopped(&self) -> bool {
@@ -682,10 +692,7 @@ fn curve(scene: &Scene, strategy: Strategy, runs: &[&Run], reference: &Reference
         cost,
         non_finite: runs.iter().map(|r| r.non_finite).sum(),
         before: Measured::of(runs.iter().map(|r| r.before)),
-        out_of_reach: {
-            let tiles = out_of_reach(scene, strategy, rungs.last().map_or(0, |r| r.passes), WINNER_TILE);
-            tiles.iter().filter(|&&beyond| beyond).count() as f64 / tiles.len() as f64
-        },
+        out_of_reach: share_out_of_reach(scene, strategy, rungs.last().map_or(0, |r| r.passes)),
         rungs,
     }
 }

@@ -75,7 +75,7 @@ pub use integrator::{Integrator, VARIATES};
 pub use light_sampling::{LightSampling, Selection};
 pub use lights::{LightDraw, Lights, Target};
 pub use plan::{Part, Plan};
-pub use reach::out_of_reach;
+pub use reach::share_out_of_reach;
 pub use render::{Progress, Rendered, Settings, render};
 pub use saved::FilmError;
 pub use strategy::{AUTO_PASSES, AUTO_WEIGHTS, Strategy};

@@ -5,11 +5,7 @@ use std::fmt::Write;
 
 /// Where errors are compared: the root mean square error of the strategy that came closest, which is what each is asked to reach unless told.
 fn target(found: &Convergence) -> Option<f64> {
-    let last = inexact(found)
-        .filter(|c| c.out_of_reach == 0.0)
-        .filter_map(|c| c.last())
-        .map(|r| r.squared.mean)
-        .filter(|e| *e > 0.0);
+    let last = compared(found).filter_map(|c| c.last()).map(|r| r.squared.mean).filter(|e| *e > 0.0);
     last.reduce(f64::min).map(f64::sqrt)
 }
 
@@ -17,13 +13,14 @@ fn inexact(found: &Convergence) -> impl Iterator<Item = &Curve> {
     found.curves.iter().filter(|curve| !curve.is_exact())
 }
 
+/// Those whose error is no rounding, and all of it known.
+fn compared(found: &Convergence) -> impl Iterator<Item = &Curve> {
+    inexact(found).filter(|curve| curve.sees_all())
+}
+
 /// The efficiency of the best of those that have an error, and can know it.
 pub(super) fn best_efficiency(found: &Convergence) -> f64 {
-    inexact(found)
-        .filter(|c| c.out_of_reach == 0.0)
-        .map(|c| c.efficiency)
-        .filter(|e| e.is_finite())
-        .fold(0.0, f64::max)
+    compared(found).map(|c| c.efficiency).filter(|e| e.is_finite()).fold(0.0, f64::max)
 }
 
 fn root(m: Measured) -> String {
@@ -78,8 +75,8 @@ pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -
                 root(last.squared),
                 root(last.relative),
                 root(last.worst_tile),
-                slope(curve.slope_time.filter(|_| curve.out_of_reach == 0.0)),
-                slope(curve.slope_samples.filter(|_| curve.out_of_reach == 0.0)),
+                slope(curve.slope_time.filter(|_| curve.sees_all())),
+                slope(curve.slope_samples.filter(|_| curve.sees_all())),
             ],
         };
         let [squared, relative, worst, over_time, over_samples] = figures;
@@ -107,7 +104,7 @@ pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -
         "claimed variance"
     );
     for curve in inexact(found).filter(|c| c.last().is_some()) {
-        let known = curve.out_of_reach == 0.0;
+        let known = curve.sees_all();
         let (samples, seconds) =
             curve.to_reach(reach).filter(|_| known).map_or(("-".to_owned(), "-".to_owned()), |(n, t)| {
                 let beyond = curve.last().is_some_and(|l| n > 1.001 * f64::from(l.passes));
@@ -152,7 +149,7 @@ pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -
         "efficiency: 1 / (squared error x CPU s); worst 0.1%: their share of the squared error; claimed variance: that of the film over the squared error, \
          less than 1 where light is yet unseen; ~: beyond what was measured"
     );
-    for curve in found.curves.iter().filter(|c| c.out_of_reach > 0.0) {
+    for curve in found.curves.iter().filter(|c| !c.sees_all()) {
         let _ = writeln!(
             out,
             "{}: its samples hardly find the lobes that {:.0}% of the tiles show. Its error there is not known until they do: what is above is mostly luck",
@@ -279,8 +276,7 @@ pub fn convergence_to_json(found: &Convergence, setup: Cost, reach: Option<f64>)
                 "regions": regions.collect::<serde_json::Map<_, _>>(),
             })
         });
-        let known = c.out_of_reach == 0.0;
-        let reached = reach.filter(|_| known).and_then(|e| c.to_reach(e)).map_or(
+        let reached = reach.filter(|_| c.sees_all()).and_then(|e| c.to_reach(e)).map_or(
             Value::Null,
             |(samples, seconds)| json!({ "rms_error": reach, "samples": samples, "cpu_seconds": seconds }),
         );

@@ -110,7 +110,7 @@ fn draw<'a>(title: &str, found: &Convergence, text: &'a mut String) -> Result<()
     ))?;
     for (i, (curve, points)) in found.curves.iter().zip(&series).enumerate() {
         let colour = colour(i);
-        let law = curve.fit_time.filter(|_| curve.out_of_reach == 0.0);
+        let law = curve.fit_time.filter(|_| curve.sees_all());
         if let (Some((a, b)), Some(first), Some(last)) = (law, points.first(), points.last()) {
             let ends = [first.0, last.0].map(|t| (t, (a * t.powf(b)).sqrt()));
             chart.draw_series(LineSeries::new(ends, colour.stroke_width(2)))?;
@@ -141,14 +141,14 @@ fn draw<'a>(title: &str, found: &Convergence, text: &'a mut String) -> Result<()
         legend.draw(&Circle::new((20, y), 4, colour.filled()))?;
         legend.draw(&Text::new(curve.strategy.to_string(), (46, y), middle(17)))?;
         let slope = match curve.slope_time {
-            _ if curve.out_of_reach > 0.0 => "no slope".to_owned(),
+            _ if !curve.sees_all() => "no slope".to_owned(),
             Some(s) if s.half_width.is_finite() => format!("slope {:.3} ± {:.3}", s.value, s.half_width),
             Some(s) => format!("slope {:.3}", s.value),
             None => "no slope".to_owned(),
         };
         legend.draw(&Text::new(slope, (46, y + 22), middle(15)))?;
         let efficiency = match best / curve.efficiency {
-            _ if curve.out_of_reach > 0.0 => "has not seen all there is".to_owned(),
+            _ if !curve.sees_all() => "has not seen all there is".to_owned(),
             x if !x.is_finite() => String::new(),
             x if x < 1.005 => "the most efficient".to_owned(),
             x if x < 9.95 => format!("{x:.1} times the time for equal error"),

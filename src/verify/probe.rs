@@ -82,7 +82,7 @@ impl<P> Default for Extras<'_, P> {
 
 /// Whether the `i`-th of some samples is asked for its density again where every `ask`-th is, a power of two.
 #[inline]
-pub fn is_asked(i: usize, ask: usize) -> bool {
+pub(super) fn is_asked(i: usize, ask: usize) -> bool {
     i & (ask - 1) == 0
 }
 

@@ -2,11 +2,11 @@
 //!
 //! Seeds are fixed, so a test passes always or never.
 
+use crate::scenes::{cornell, data, shipped};
 use assert_cmd::cargo::cargo_bin;
 use glam::{DVec3, Vec3};
 use std::f32::consts::FRAC_1_PI;
 use std::fs;
-use std::path::PathBuf;
 use std::process::{Command, Output};
 use tempfile::{TempDir, tempdir};
 use warpcheck::estimator::{
@@ -21,24 +21,6 @@ use warpcheck::scene::{RayQueries, Scene};
 const LIGHT: Strategy = Strategy::Light;
 const MIS: Strategy = Strategy::Mis { brdf_weight: 0.5 };
 const ALL: [Strategy; 4] = [Strategy::Brdf, LIGHT, MIS, Strategy::Uniform];
-
-fn data(path: &str) -> PathBuf {
-    [env!("CARGO_MANIFEST_DIR"), "data", path].iter().collect()
-}
-
-/// A shipped scene with parts of its file replaced.
-fn shipped(name: &str, changes: &[(&str, &str)]) -> (Scene, Lights) {
-    let file = data(&format!("scene/{name}.toml"));
-    let text = fs::read_to_string(&file).unwrap();
-    let text = changes.iter().fold(text, |text, (from, to)| text.replace(from, to));
-    let scene = Scene::from_toml(&text, &file).unwrap();
-    let lights = Lights::load(&scene).unwrap();
-    (scene, lights)
-}
-
-fn cornell(size: &str) -> (Scene, Lights) {
-    shipped("cornell", &[("= 256", &format!("= {size}"))])
-}
 
 fn draw(scene: &Scene, lights: &Lights, strategy: Strategy, spp: u32, seed: u64, tile: usize) -> Estimate {
     sample(scene, lights, strategy, Settings { spp, seed }, tile, |_| true).unwrap()

@@ -1,8 +1,8 @@
 //! Error against run time: the measures are those of what is known, and nothing but times depends on the machine.
 
+use crate::scenes::{cornell, data, shipped};
 use assert_cmd::cargo::cargo_bin;
 use std::fs;
-use std::path::PathBuf;
 use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,24 +17,6 @@ use warpcheck::scene::Scene;
 
 const LIGHT: Strategy = Strategy::Light;
 const MIS: Strategy = Strategy::Mis { brdf_weight: 0.5 };
-
-fn data(path: &str) -> PathBuf {
-    [env!("CARGO_MANIFEST_DIR"), "data", path].iter().collect()
-}
-
-fn cornell(size: &str) -> (Scene, Lights) {
-    shipped("cornell", &[("= 256", &format!("= {size}"))])
-}
-
-/// A shipped scene with parts of its file replaced.
-fn shipped(name: &str, changes: &[(&str, &str)]) -> (Scene, Lights) {
-    let file = data(&format!("scene/{name}.toml"));
-    let text = fs::read_to_string(&file).unwrap();
-    let text = changes.iter().fold(text, |text, (from, to)| text.replace(from, to));
-    let scene = Scene::from_toml(&text, &file).unwrap();
-    let lights = Lights::load(&scene).unwrap();
-    (scene, lights)
-}
 
 fn plan(strategies: &[Strategy], passes: u32) -> Experiment {
     let (strategies, budget) = (strategies.to_vec(), Budget::Passes(passes));

@@ -3,8 +3,9 @@
 //! Seeds are fixed, so a test passes always or never; levels are those at which a correct estimator would fail
 //! by chance.
 
+use crate::scenes::{data, shipped};
 use glam::{DVec3, Vec3};
-use std::{collections::HashSet, f64::consts::PI, fmt::Write, fs, path::PathBuf};
+use std::{collections::HashSet, f64::consts::PI, fmt::Write, fs};
 use tempfile::TempDir;
 use warpcheck::estimator::{
     Agreement, Blocks, Film, LightSampling, Lights, Rendered, Rules, Settings, Strategy, compare, render,
@@ -25,10 +26,6 @@ const fn mis(brdf_weight: f64) -> Strategy {
 /// The level of every comparison: a hundred of them fail by chance once in a thousand times.
 const LEVEL: f64 = 1e-5;
 
-fn data(path: &str) -> PathBuf {
-    [env!("CARGO_MANIFEST_DIR"), "data", path].iter().collect()
-}
-
 /// The numbers in the array (of arrays) that follows a path of keys, in order; enough JSON for our own files.
 fn numbers(json: &str, keys: &[&str]) -> Vec<f64> {
     let at = keys.iter().fold(json, |json, key| json.split_once(&format!("\"{key}\":")).expect(key).1);
@@ -46,12 +43,6 @@ fn triples(json: &str, keys: &[&str]) -> Vec<[f64; 3]> {
 }
 
 /// A shipped scene and its lights.
-fn shipped(name: &str) -> (Scene, Lights) {
-    let scene = Scene::load(data(&format!("scene/{name}.toml"))).unwrap();
-    let lights = Lights::load(&scene).unwrap();
-    (scene, lights)
-}
-
 /// A scene made of polygons, each with the body of its material.
 struct Made {
     obj: String,
@@ -177,12 +168,7 @@ fn sharp_blocks(scene: &Scene, exponent: f32) -> HashSet<(usize, usize)> {
 
 /// A shipped scene at 128 x 128 pixels with parts of its file replaced.
 fn smaller(name: &str, changes: &[(&str, &str)]) -> (Scene, Lights) {
-    let file = data(&format!("scene/{name}.toml"));
-    let text = fs::read_to_string(&file).unwrap().replace("= 256", "= 128");
-    let text = changes.iter().fold(text, |text, (from, to)| text.replace(from, to));
-    let scene = Scene::from_toml(&text, &file).unwrap();
-    let lights = Lights::load(&scene).unwrap();
-    (scene, lights)
+    shipped(name, &[&[("= 256", "= 128")], changes].concat())
 }
 
 // ---- Agreement ----
@@ -207,7 +193,7 @@ fn an_independent_renderer_agrees() {
             .collect(),
         means,
     };
-    let (scene, lights) = shipped("veach_a3");
+    let (scene, lights) = shipped("veach_a3", &[]);
     let ours = blocks(&scene, &lights, mis(0.5), 256);
     let agreement = judge("mis:0.5 and the reference", &ours, &reference, |_, _| false);
     assert!(agreement.agrees(LEVEL));
@@ -217,7 +203,7 @@ fn an_independent_renderer_agrees() {
 #[test]
 #[ignore = "long: a contact sheet's worth of samples"]
 fn strategies_agree_on_plates() {
-    let (scene, lights) = shipped("veach_a3");
+    let (scene, lights) = shipped("veach_a3", &[]);
     let sharp = sharp_blocks(&scene, 1e4);
     println!("{} of 128 blocks show a plate of N_s 1e4 or 1e6: left out for `light`", sharp.len());
     assert!((20..40).contains(&sharp.len()));
@@ -727,8 +713,18 @@ const AXES: [(&str, Vec3); 6] = [
 
 #[test]
 fn irradiance_of_an_overcast_sky() {
-    irradiances(3e-3, "potsdamer_platz_512.hdr", &AXES[..1], &[UNIFORM, BRDF, LIGHT, TWO]);
-    irradiances(3e-3, "potsdamer_platz_512.hdr", &AXES[1..2], &[BRDF]);
+    overcast(3e-3);
+}
+
+#[test]
+#[ignore = "long: many samples"]
+fn irradiance_of_an_overcast_sky_more_finely() {
+    overcast(1e-3);
+}
+
+fn overcast(precision: f64) {
+    irradiances(precision, "potsdamer_platz_512.hdr", &AXES[..1], &[UNIFORM, BRDF, LIGHT, TWO]);
+    irradiances(precision, "potsdamer_platz_512.hdr", &AXES[1..2], &[BRDF]);
 }
 
 /// `cargo test --release --test it -- --ignored irradiance_along`: some minutes.
@@ -752,7 +748,7 @@ fn triangles_to_a_thousandth() {
 
 #[test]
 fn threads_and_pauses_change_no_bit() {
-    let (scene, lights) = shipped("veach_a3");
+    let (scene, lights) = shipped("veach_a3", &[]);
     for strategy in [UNIFORM, mis(0.5)] {
         let once = draw(&scene, &lights, strategy, 4, 9);
         for threads in [1, 2, 3] {

@@ -40,6 +40,8 @@ mod properties;
 mod report;
 #[cfg(feature = "render")]
 mod scene_input;
+#[cfg(feature = "render")]
+mod scenes;
 mod shipped;
 mod statistics;
 #[cfg(feature = "render")]

@@ -164,13 +164,26 @@ fn right_lobes_pass_and_say_what_they_would_have_caught() {
     }
 }
 
+/// Each lobe with one of the two.
 #[test]
 fn seven_percent_are_caught_either_way() {
-    for (i, (name, lobe)) in LOBES.into_iter().enumerate() {
-        let factor = [0.93, 1.07][i % 2];
-        let report = lobe.judged((400_000, 2), |z| factor * lobe.density(z));
-        assert_eq!(report.verdict(), Verdict::Fail, "{name} x {factor}: {}", said(&report));
+    for (lobe, factor) in LOBES.into_iter().zip([0.93, 1.07].into_iter().cycle()) {
+        is_caught(lobe, factor);
     }
+}
+
+#[test]
+#[ignore = "long: every lobe with the other"]
+fn seven_percent_are_caught_the_other_way() {
+    for (lobe, factor) in LOBES.into_iter().zip([1.07, 0.93].into_iter().cycle()) {
+        is_caught(lobe, factor);
+    }
+}
+
+#[track_caller]
+fn is_caught((name, lobe): (&str, Lobe), factor: f64) {
+    let report = lobe.judged((400_000, 2), |z| factor * lobe.density(z));
+    assert_eq!(report.verdict(), Verdict::Fail, "{name} x {factor}: {}", said(&report));
 }
 
 #[test]

@@ -92,9 +92,8 @@ impl Page {
         let best = best_efficiency(found);
         let rows = found.curves.iter().filter_map(|curve| {
             let last = curve.last()?;
-            let slope = curve.slope_time.filter(|_| curve.out_of_reach == 0.0);
-            let over =
-                if curve.is_exact() || curve.out_of_reach > 0.0 { f64::NAN } else { best / curve.efficiency };
+            let slope = curve.slope_time.filter(|_| curve.sees_all());
+            let over = if curve.is_exact() || !curve.sees_all() { f64::NAN } else { best / curve.efficiency };
             Some(Row::new([
                 Cell::new(curve.strategy.to_string()),
                 Cell::number(f64::from(last.passes), count(u64::from(last.passes))),
