@@ -150,6 +150,11 @@ impl Estimate {
         estimate
     }
 
+    /// Samples a pixel of all batches; `None` for what is known without samples.
+    pub fn samples(&self) -> Option<u64> {
+        self.film.as_ref().filter(|_| !self.is_known()).map(|film| film.pixels()[0].count())
+    }
+
     fn empty(name: String, blocks: &Blocks, width: usize, height: usize) -> Self {
         let Blocks { size, columns, rows, .. } = *blocks;
         let along = |i: usize, all: usize| size.min(all - i * size) as f64;

@@ -8,7 +8,8 @@
 //! - worst tile: the largest, over tiles of [`Experiment::tile`] pixels, of the mean relative squared error inside.
 //!
 //! The error of the reference is taken off, so (but for the maximum) their expectations are those of a perfect reference. They are of
-//! error, not of variance: bias is in them. Means and standard errors are over seeds.
+//! error, not of variance: bias is in them. Means and standard errors are over seeds; what chance made of the reference, which all seeds share, is
+//! added to the latter (but for the maximum): v is the expectation of its squared error e^2, which scatters about it by 2 v^2 if e is normal.
 //!
 //! - Slope: y = A n^b is fitted to the mean squared error y of each count by the quasi-likelihood of a constant relative error
 //!   (sum of (y / A n^b - 1)(1, ln n) = 0; McCullagh and Nelder 1989, section 8.3: least squares of ln y without the bias that the
@@ -156,6 +157,11 @@ impl Measured {
         let moments: Moments = values.into_iter().collect();
         Self { mean: moments.mean(), error: moments.standard_error().unwrap_or(f64::NAN) }
     }
+
+    /// With another, independent error.
+    fn and(self, error: f64) -> Self {
+        Self { error: self.error.hypot(error), ..self }
+    }
 }
 
 /// A figure with its interval at [`CONFIDENCE`]; infinite if there are too few seeds for one.
@@ -221,6 +227,8 @@ pub struct Curve {
     pub claimed: f64,
     /// For tiles of [`WINNER_TILE`] pixels: squared error x CPU seconds.
     pub cost: Field,
+    /// The standard error of that, over seeds.
+    pub cost_error: Field,
     /// Samples that were NaN or infinite, in all pictures.
     pub non_finite: u64,
     /// CPU seconds of a picture before its first pass, which are not in the times of the rungs: `mis:auto` chooses its weights.
@@ -271,6 +279,31 @@ pub struct Reference {
     /// What it took, on all threads: wall time only.
     pub wall: f64,
     variance: Vec<[f32; 3]>,
+}
+
+impl Reference {
+    /// The standard error that its own makes, weighted by what `weight` says of pixel and channel, in the mean over `pixels`. Channels may be one and
+    /// the same, and count as such.
+    fn own_error(
+        &self,
+        pixels: impl ExactSizeIterator<Item = usize>,
+        weight: impl Fn(usize, usize) -> f64,
+    ) -> f64 {
+        let count = pixels.len() as f64;
+        let off = |p: usize| (0..3).map(|c| f64::from(self.variance[p][c]) * weight(p, c)).sum::<f64>() / 3.0;
+        (2.0 * pixels.map(|p| off(p).powi(2)).sum::<f64>()).sqrt() / count
+    }
+}
+
+/// What [`Convergence::winners`] says of a tile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Winner {
+    /// The place of the strategy with the least squared error x time on the list.
+    pub strategy: usize,
+    /// How many times more the second needs; infinite if the error of the first can't be told from 0.
+    pub lead: f64,
+    /// Whether all others need more by more than chance, at [`CONFIDENCE`] for a tile.
+    pub is_sure: bool,
 }
 
 /// What was found.
@@ -339,9 +372,20 @@ pub fn convergence(scene: &Scene, lights: &Lights, plan: &Experiment) -> Converg
     assert!(!plan.strategies.is_empty() && plan.tile > 0, "nothing to measure");
     let work = Work::new(scene, lights, plan);
     let reference = work.reference();
-    let mean = reference.picture.pixels().iter().flatten().map(|&r| f64::from(r)).sum::<f64>()
-        / (3 * reference.picture.pixels().len()) as f64;
+    let pixels = reference.picture.pixels().len();
+    let mean =
+        reference.picture.pixels().iter().flatten().map(|&r| f64::from(r)).sum::<f64>() / (3 * pixels) as f64;
     let epsilon = (0.1 * mean).powi(2).max(f64::MIN_POSITIVE);
+    let own = OwnError {
+        squared: reference.own_error(0..pixels, |_, _| 1.0),
+        relative: reference.own_error(0..pixels, |p, c| {
+            1.0 / (f64::from(reference.picture.pixels()[p][c]).powi(2) + epsilon)
+        }),
+        regions: {
+            let regions = plan.regions.iter();
+            regions.map(|r| reference.own_error(r.pixels.iter().copied(), |_, _| 1.0)).collect()
+        },
+    };
     let count = plan.strategies.len();
     // Seeds come one after the other, so that what is done when it is stopped is something of every strategy.
     let runs = work.on_threads(count * plan.seeds as usize, |i| {
@@ -351,7 +395,7 @@ pub fn convergence(scene: &Scene, lights: &Lights, plan: &Experiment) -> Converg
     let of = |strategy: usize| {
         let runs: Vec<_> =
             runs.iter().skip(strategy).step_by(count).filter(|r| !r.sights.is_empty()).collect();
-        curve(scene, plan.strategies[strategy], &runs, &reference)
+        curve(scene, plan, strategy, &runs, &reference, &own)
     };
     Convergence {
         curves: (0..count).map(of).collect(),
@@ -397,18 +441,27 @@ impl Convergence {
         })
     }
 
-    /// For tiles of [`WINNER_TILE`] pixels: the strategy (its place on the list) with the least squared error x time, and how
-    /// many times more the second needs; none where all are without error.
-    pub fn winners(&self) -> Vec<Option<(usize, f64)>> {
+    /// For tiles of [`WINNER_TILE`] pixels: the strategy with the least squared error x time; none where all are without error.
+    pub fn winners(&self) -> Vec<Option<Winner>> {
         let tiles = self.curves[0].cost.values().len();
+        let seeds = |i: usize| self.curves[i].last().map_or(0, |last| last.seeds);
         let winner = |tile: usize| {
-            let mut costs: Vec<_> =
-                self.curves.iter().map(|c| c.cost.values()[tile].max(0.0)).enumerate().collect();
-            costs.retain(|(_, cost)| !cost.is_nan());
-            costs.sort_by(|a, b| a.1.total_cmp(&b.1));
-            let &(best, least) = costs.first()?;
-            let second = costs.get(1).map_or(f64::INFINITY, |x| x.1);
-            (second > 0.0).then_some((best, second / least))
+            let at = |c: &Curve| (c.cost.values()[tile], c.cost_error.values()[tile]);
+            let mut costs: Vec<_> = self.curves.iter().map(at).enumerate().collect();
+            costs.retain(|(_, (cost, _))| !cost.is_nan());
+            costs.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
+            let (&(best, (least, error)), others) = costs.split_first()?;
+            let second = others.first().map_or(f64::INFINITY, |(_, (cost, _))| *cost);
+            let is_more = |&(other, (cost, its_error)): &(usize, (f64, f64))| {
+                let freedom = (seeds(best) + seeds(other)) as f64 - 2.0;
+                let t = student_t::isf(0.5 * (1.0 - CONFIDENCE), freedom).unwrap_or(f64::INFINITY);
+                cost - least > t * error.hypot(its_error)
+            };
+            (second > 0.0).then(|| Winner {
+                strategy: best,
+                lead: second / least.max(0.0),
+                is_sure: others.iter().all(is_more),
+            })
         };
         (0..tiles).map(winner).collect()
     }
@@ -614,22 +667,39 @@ fn differences(film: &Film, reference: &Reference) -> Vec<[f32; 3]> {
         .collect()
 }
 
-fn curve(scene: &Scene, strategy: Strategy, runs: &[&Run], reference: &Reference) -> Curve {
+/// The standard errors of the means that the reference's own error makes.
+struct OwnError {
+    squared: f64,
+    relative: f64,
+    regions: Vec<f64>,
+}
+
+fn curve(
+    scene: &Scene,
+    plan: &Experiment,
+    place: usize,
+    runs: &[&Run],
+    reference: &Reference,
+    own: &OwnError,
+) -> Curve {
+    let strategy = plan.strategies[place];
     let counts = runs.iter().map(|r| r.sights.len()).max().unwrap_or(0);
     let at = |rung: usize| runs.iter().filter_map(move |r| r.sights.get(rung));
     let rungs: Vec<Rung> = (0..counts)
         .map(|i| {
             let measured = |f: fn(&Sight) -> f64| Measured::of(at(i).map(f));
-            let regions = at(i).next().map_or(0, |s| s.regions.len());
             Rung {
                 passes: at(i).next().map_or(0, |s| s.passes),
                 seeds: at(i).count(),
                 cpu: measured(|s| s.cost.cpu.as_secs_f64()),
                 wall: measured(|s| s.cost.wall.as_secs_f64()),
-                squared: measured(|s| s.squared),
-                relative: measured(|s| s.relative),
+                squared: measured(|s| s.squared).and(own.squared),
+                relative: measured(|s| s.relative).and(own.relative),
                 worst_tile: measured(|s| s.worst_tile),
-                regions: (0..regions).map(|k| Measured::of(at(i).map(|s| s.regions[k]))).collect(),
+                regions: {
+                    let own = own.regions.iter().enumerate();
+                    own.map(|(k, &own)| Measured::of(at(i).map(|s| s.regions[k])).and(own)).collect()
+                },
             }
         })
         .collect();
@@ -678,7 +748,7 @@ fn curve(scene: &Scene, strategy: Strategy, runs: &[&Run], reference: &Reference
     let whole: Vec<_> = runs.iter().filter(|r| r.sights.len() == counts).collect();
     let last = rungs.last();
     let (squared, cpu) = last.map_or((f64::NAN, f64::NAN), |r| (r.squared.mean, r.cpu.mean));
-    let (bias, cost) = across_seeds(scene, &whole, reference, cpu);
+    let (bias, [cost, cost_error]) = across_seeds(scene, &whole, reference, cpu);
     Curve {
         strategy,
         slope_time: slope(true),
@@ -690,6 +760,7 @@ fn curve(scene: &Scene, strategy: Strategy, runs: &[&Run], reference: &Reference
         outliers: Measured::of(whole.iter().map(|r| r.outliers)),
         claimed: whole.iter().map(|r| r.claimed).sum::<f64>() / whole.len() as f64 / squared,
         cost,
+        cost_error,
         non_finite: runs.iter().map(|r| r.non_finite).sum(),
         before: Measured::of(runs.iter().map(|r| r.before)),
         out_of_reach: share_out_of_reach(scene, strategy, rungs.last().map_or(0, |r| r.passes)),
@@ -697,30 +768,39 @@ fn curve(scene: &Scene, strategy: Strategy, runs: &[&Run], reference: &Reference
     }
 }
 
-/// Squared bias over pixels, and the squared error x time over tiles.
-fn across_seeds(scene: &Scene, runs: &[&&Run], reference: &Reference, cpu: f64) -> (Measured, Field) {
+/// Squared bias over pixels, and the squared error x time over tiles with its standard error.
+fn across_seeds(scene: &Scene, runs: &[&&Run], reference: &Reference, cpu: f64) -> (Measured, [Field; 2]) {
     let (width, height) = (scene.picture.width as usize, scene.picture.height as usize);
     let n = runs.len() as f64;
     let mut bias = Moments::new();
     let (columns, rows) = (width.div_ceil(WINNER_TILE), height.div_ceil(WINNER_TILE));
-    let mut tiles = vec![Moments::new(); columns * rows];
+    // Of each tile the squared error of each seed, and over how many pixels.
+    let mut tiles = vec![(vec![0.0; runs.len()], 0.0); columns * rows];
     for (pixel, v) in reference.variance.iter().enumerate().filter(|_| n > 0.0) {
-        let (mut product, mut square) = (0.0, 0.0);
+        let (squares, pixels) =
+            &mut tiles[pixel / width / WINNER_TILE * columns + pixel % width / WINNER_TILE];
+        *pixels += 1.0;
+        let mut product = 0.0;
         for (c, &v) in v.iter().enumerate() {
-            let differences = runs.iter().map(|r| f64::from(r.difference[pixel][c]));
-            let (sum, squares) = differences.fold((0.0, 0.0), |(s, q), d| (s + d, q + d * d));
-            product += ((sum * sum - squares) / (n * (n - 1.0)) - f64::from(v)) / 3.0;
-            square += (squares / n - f64::from(v)) / 3.0;
+            let v = f64::from(v);
+            let (mut sum, mut all) = (0.0, 0.0);
+            for (run, square) in runs.iter().zip(&mut *squares) {
+                let d = f64::from(run.difference[pixel][c]);
+                *square += (d * d - v) / 3.0;
+                sum += d;
+                all += d * d;
+            }
+            product += ((sum * sum - all) / (n * (n - 1.0)) - v) / 3.0;
         }
         bias.add(product);
-        tiles[pixel / width / WINNER_TILE * columns + pixel % width / WINNER_TILE].add(square);
     }
-    let cost = |x: usize, y: usize| match tiles[y * columns + x] {
-        tile if tile.count() == 0 => f64::NAN,
-        tile => tile.mean() * cpu,
-    };
     let bias = Measured { mean: bias.mean(), error: bias.standard_error().unwrap_or(f64::NAN) };
-    (bias, Field::from_fn(columns, rows, cost))
+    let costs: Vec<Measured> = tiles
+        .iter()
+        .map(|(squares, pixels)| Measured::of(squares.iter().map(|s| s / pixels * cpu)))
+        .collect();
+    let field = |f: fn(&Measured) -> f64| Field::from_fn(columns, rows, |x, y| f(&costs[y * columns + x]));
+    (bias, [field(|c| if c.mean.is_finite() { c.mean } else { f64::NAN }), field(|c| c.error)])
 }
 
 /// A and b of y = A x^b, so that the relative residuals have sum 0, alone and times ln x. None below 2 points, or if it is no

@@ -67,7 +67,7 @@ pub use brdf::{Brdf, Reflection};
 pub use clock::{Clock, Cost};
 pub use convergence::{
     Budget, CONFIDENCE, Convergence, Curve, Experiment, Interval, LONG_RUN, Measured, OUTLIERS, Reference,
-    Region, Rung, Truth, WINNER_TILE, convergence, regions_by_material,
+    Region, Rung, Truth, WINNER_TILE, Winner, convergence, regions_by_material,
 };
 pub use error::Error;
 pub use film::{Blocks, Film, Pixel};

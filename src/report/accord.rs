@@ -178,6 +178,11 @@ pub fn accord_table(accord: &Accord, estimates: &[Estimate], style: Style) -> St
 pub fn accord_to_json(accord: &Accord, estimates: &[Estimate], seed: u64) -> serde_json::Value {
     use serde_json::{Value, json};
     let columns = estimates.first().map_or(1, |e| e.columns);
+    // In row order; null where nothing was tested.
+    let tile = |test: &TileTest| match *test {
+        TileTest::Tested { p, difference, .. } => json!({ "p": p, "relative_difference": difference }),
+        TileTest::Dark | TileTest::Doubtful(_) => Value::Null,
+    };
     let pairs = accord.pairs.iter().map(|pair| {
         let untested = doubts(pair, columns)
             .into_iter()
@@ -201,9 +206,12 @@ pub fn accord_to_json(accord: &Accord, estimates: &[Estimate], seed: u64) -> ser
             "brightness_within": pair.brightness_within,
             "tiles_within": pair.tiles_within,
             "p_classes": classes(pair),
+            "tiles": pair.tiles.iter().map(tile).collect::<Vec<_>>(),
         })
     });
-    let strategies = estimates.iter().map(|e| json!({ "name": e.name, "non_finite": e.non_finite }));
+    let strategies = estimates
+        .iter()
+        .map(|e| json!({ "name": e.name, "samples": e.samples(), "non_finite": e.non_finite }));
     json!({
         "kind": "agree",
         "schema_version": 2,

@@ -1,6 +1,7 @@
 //! Error against run time as a table for people, CSV for spreadsheets and JSON for programs.
 
-use crate::estimator::{Convergence, Cost, Curve, Interval, Measured};
+use crate::estimator::{CONFIDENCE, Convergence, Cost, Curve, Interval, Measured};
+use crate::statistics::student_t;
 use std::fmt::Write;
 
 /// Where errors are compared: the root mean square error of the strategy that came closest, which is what each is asked to reach unless told.
@@ -42,6 +43,16 @@ pub(super) fn over_best(x: f64) -> String {
         x if x < 9.995 => format!("{x:.2}"),
         x if x >= 1e5 => format!("{x:.0e}"),
         x => format!("{x:.0}"),
+    }
+}
+
+/// The same with its interval, in as many digits.
+pub(super) fn ratio(Interval { value, half_width }: Interval) -> String {
+    let text = over_best(value);
+    match half_width {
+        half if !(half.is_finite() && half > 0.0) || value >= 1e5 => text,
+        half if value < 9.995 => format!("{text} ± {half:.2}"),
+        half => format!("{text} ± {half:.0}"),
     }
 }
 
@@ -190,49 +201,80 @@ fn regions(out: &mut String, found: &Convergence) {
         found.regions.iter().map(|r| r.0.len()).max().unwrap_or(0).max("rms error at equal time".len());
     let _ = write!(out, "\n{:width$} {:>7}", "rms error at equal time", "pixels");
     found.curves.iter().for_each(|c| {
-        let _ = write!(out, " {:>9}", c.strategy);
+        let _ = write!(out, " {:>13}", c.strategy);
     });
     let _ = writeln!(out);
     for (name, pixels, ratios) in region_ratios(found) {
         let _ = write!(out, "{name:width$} {pixels:>7}");
         ratios.iter().for_each(|r| {
-            let _ = write!(out, " {:>9}", over_best(*r));
+            let _ = write!(out, " {:>13}", ratio(*r));
         });
         let _ = writeln!(out);
     }
     let _ = writeln!(
         out,
-        "over that of the best strategy, by what the picture shows (materials); its square is the ratio of times for equal error"
+        "over that of the best strategy, with 95% intervals over seeds, by what the picture shows (materials); its square is the ratio of times for equal error"
     );
 }
 
 /// For the whole picture and each part: its name, its pixels, and the root mean square error of each strategy at equal CPU time (by the
-/// law of the square root, from its largest count) over the least of them. 1 is the best; NaN where there is no error.
-pub fn region_ratios(found: &Convergence) -> Vec<(String, usize, Vec<f64>)> {
+/// law of the square root, from its largest count) over the least of them. 1 is the best, and has no interval; NaN where there is no error. The intervals
+/// are of first order, from the standard errors of squared error and time of both, and Student's t.
+pub fn region_ratios(found: &Convergence) -> Vec<(String, usize, Vec<Interval>)> {
     let pixels = found.reference.picture.pixels().len();
     let whole = ("whole picture".to_owned(), pixels);
     let row = |(i, (name, pixels)): (usize, &(String, usize))| {
+        // The root of squared error x time, its relative variance and the seeds.
         let cost = |c: &Curve| {
-            c.last().map_or(f64::NAN, |l| {
+            c.last().map_or((f64::NAN, f64::NAN, 0), |l| {
                 let squared = if i == 0 { l.squared } else { l.regions[i - 1] };
-                (squared.mean.max(0.0) * l.cpu.mean).sqrt()
+                let relative = |m: Measured| (0.5 * m.error / m.mean).powi(2);
+                let root = (squared.mean.max(0.0) * l.cpu.mean).sqrt();
+                (root, relative(squared) + relative(l.cpu), l.seeds)
             })
         };
-        let costs: Vec<f64> = found.curves.iter().map(cost).collect();
-        let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
-        (name.clone(), *pixels, costs.iter().map(|c| c / least).collect())
+        let costs: Vec<_> = found.curves.iter().map(cost).collect();
+        let best = (0..costs.len())
+            .filter(|&k| !costs[k].0.is_nan())
+            .min_by(|&a, &b| costs[a].0.total_cmp(&costs[b].0));
+        let over_least = |k: usize| {
+            let Some(best) = best else { return Interval { value: f64::NAN, half_width: f64::INFINITY } };
+            if k == best && costs[k].0 > 0.0 {
+                return Interval { value: 1.0, half_width: 0.0 };
+            }
+            let ((least, its, seeds), (root, own, own_seeds)) = (costs[best], costs[k]);
+            let freedom = (seeds + own_seeds) as f64 - 2.0;
+            let t = student_t::isf(0.5 * (1.0 - CONFIDENCE), freedom).unwrap_or(f64::INFINITY);
+            let value = root / least;
+            let half_width = value * t * (its + own).sqrt();
+            Interval { value, half_width: if half_width.is_nan() { f64::INFINITY } else { half_width } }
+        };
+        (name.clone(), *pixels, (0..costs.len()).map(over_least).collect())
     };
     std::iter::once(&whole).chain(&found.regions).enumerate().map(row).collect()
 }
 
-/// A line for every strategy and count, with a header.
+/// A line for every strategy and count, with a header; the last columns are of the parts of the picture, by name.
 pub fn convergence_to_csv(found: &Convergence) -> String {
     let mut out = "strategy,samples,seeds,cpu_seconds,wall_seconds,squared_error,squared_error_se,\
-                   relative_squared_error,relative_squared_error_se,worst_tile,worst_tile_se\n"
+                   relative_squared_error,relative_squared_error_se,worst_tile,worst_tile_se"
         .to_owned();
+    let quoted = |text: String| {
+        if text.contains(['"', ',', '\n', '\r']) {
+            format!("\"{}\"", text.replace('"', "\"\""))
+        } else {
+            text
+        }
+    };
+    for (name, _) in &found.regions {
+        for column in [format!("squared_error {name}"), format!("squared_error_se {name}")] {
+            let _ = write!(out, ",{}", quoted(column));
+        }
+    }
+    out.push('\n');
     for curve in &found.curves {
         for r in &curve.rungs {
-            let _ = writeln!(
+            let _ = write!(
                 out,
                 "{},{},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e}",
                 curve.strategy,
@@ -247,6 +289,10 @@ pub fn convergence_to_csv(found: &Convergence) -> String {
                 r.worst_tile.mean,
                 r.worst_tile.error
             );
+            for region in &r.regions {
+                let _ = write!(out, ",{:e},{:e}", region.mean, region.error);
+            }
+            out.push('\n');
         }
     }
     out
@@ -297,6 +343,10 @@ pub fn convergence_to_json(found: &Convergence, setup: Cost, reach: Option<f64>)
             "non_finite": c.non_finite,
         })
     });
+    let equal_time = region_ratios(found).into_iter().map(|(name, pixels, ratios)| {
+        let over_best: Vec<_> = ratios.into_iter().map(|r| interval(Some(r))).collect();
+        json!({ "part": name, "pixels": pixels, "rms_error_over_best": over_best })
+    });
     let reference = match found.reference.run {
         Some((strategy, samples)) => json!({
             "strategy": strategy.to_string(),
@@ -314,9 +364,10 @@ pub fn convergence_to_json(found: &Convergence, setup: Cost, reach: Option<f64>)
         "tile": found.tile,
         "epsilon": found.epsilon,
         "outlier_share": crate::estimator::OUTLIERS,
-        "confidence": crate::estimator::CONFIDENCE,
+        "confidence": CONFIDENCE,
         "stopped": found.stopped,
         "reference": reference,
+        "equal_time": equal_time.collect::<Vec<_>>(),
         "setup": { "cpu_seconds": setup.cpu.as_secs_f64(), "wall_seconds": setup.wall.as_secs_f64() },
         "strategies": curves.collect::<Vec<_>>(),
     })

@@ -34,8 +34,7 @@ pub fn convergence_sheet(title: &str, found: &Convergence, times: &[AtEqualTime]
     }
     let names: Vec<_> =
         found.curves.iter().enumerate().map(|(i, c)| format!("{} {}", colour_name(i), c.strategy)).collect();
-    let caption =
-        format!("least squared error x time: {}; paler: by less than a factor of 1.5", names.join(", "));
+    let caption = format!("least squared error x time: {}; dim: may be chance", names.join(", "));
     sheet
         .row(
             "reference",
@@ -48,17 +47,17 @@ pub fn convergence_sheet(title: &str, found: &Convergence, times: &[AtEqualTime]
         .draw()
 }
 
-/// A colour for the strategy that needs the least time for equal error at each pixel's tile; pale if the next needs less than 1.5 times
-/// as much, grey where there is no error.
+/// A colour for the strategy that needs the least time for equal error at each pixel's tile; dim if another may need less as well, for all that is known
+/// ([`crate::estimator::Winner::is_sure`]), grey where there is no error.
 pub fn winner_map(found: &Convergence) -> Canvas {
     let picture = &found.reference.picture;
     let columns = picture.width().div_ceil(WINNER_TILE);
     let winners = found.winners();
     let mut canvas = Canvas::filled(picture.width(), picture.height(), [70; 3]);
     for (x, y) in (0..picture.height()).flat_map(|y| (0..picture.width()).map(move |x| (x, y))) {
-        if let Some((best, lead)) = winners[y / WINNER_TILE * columns + x / WINNER_TILE] {
-            let colour = PALETTE[best % PALETTE.len()].0;
-            canvas.set(x, y, if lead < 1.5 { colour.map(|v| v / 2 + 110) } else { colour });
+        if let Some(winner) = winners[y / WINNER_TILE * columns + x / WINNER_TILE] {
+            let colour = PALETTE[winner.strategy % PALETTE.len()].0;
+            canvas.set(x, y, if winner.is_sure { colour } else { colour.map(|v| v / 3 + 20) });
         }
     }
     canvas

@@ -512,6 +512,12 @@ fn exit_codes_tell_the_verdict() {
         serde_json::from_slice(&fs::read(folder.path().join("out/a.json")).unwrap()).unwrap();
     assert_eq!((json["schema_version"].as_u64(), json["verdict"].as_str()), (Some(2), Some("agree")));
     assert!(json["pairs"][0]["brightness_within"].as_f64().unwrap() < 0.05);
+    // Every tile is there, tested or not, and none has a p-value that would not agree.
+    let tiles = json["pairs"][0]["tiles"].as_array().unwrap();
+    let p = tiles.iter().filter_map(|t| t["p"].as_f64());
+    assert_eq!((tiles.len(), json["estimates"][1]["samples"].as_u64()), (16, Some(256)));
+    assert_eq!(p.clone().count() as u64, json["pairs"][0]["tested"].as_u64().unwrap());
+    assert!(p.clone().all(|p| p > 1e-6 && p <= 1.0) && p.count() > 8, "{tiles:?}");
     image::open(folder.path().join("out/stamp-agree.png")).unwrap();
 
     // A picture of the same scene agrees; a brighter one does not.

@@ -11,7 +11,7 @@ use warpcheck::estimator::{
     Budget, Convergence, Cost, Experiment, Lights, Strategy, Truth, convergence, regions_by_material,
 };
 use warpcheck::picture::Picture;
-use warpcheck::report::{convergence_plot, convergence_table, convergence_to_json};
+use warpcheck::report::{convergence_plot, convergence_table, convergence_to_json, region_ratios};
 use warpcheck::sampler::Heuristic;
 use warpcheck::scene::Scene;
 
@@ -60,7 +60,54 @@ fn errors_fall_by_the_root() {
     }
     let pictures = found.at_equal_time(&scene, &lights, 1e-9);
     assert!(pictures.iter().all(|(passes, film)| *passes == 1 && film.pixel(3, 3).count() == 1));
-    assert_eq!(found.winners().len(), 16);
+    // Hoping for the lamp in all directions alike wins nowhere but by chance; aiming at it wins somewhere for sure.
+    let winners = found.winners();
+    assert_eq!(winners.len(), 16);
+    let won = winners.iter().flatten();
+    assert!(won.clone().all(|w| w.lead >= 1.0 && !(w.is_sure && w.strategy == 3)), "{winners:?}");
+    assert!(won.clone().any(|w| w.is_sure && w.strategy == 1), "{winners:?}");
+    let parts = region_ratios(&found);
+    assert_eq!(
+        (parts[0].0.as_str(), parts[0].1, parts.len()),
+        ("whole picture", 1024, 1 + found.regions.len())
+    );
+    for (name, _, ratios) in parts {
+        // The lamp is seen without error.
+        if ratios.iter().all(|r| r.value.is_nan()) {
+            assert_eq!(name, "light");
+            continue;
+        }
+        assert_eq!(ratios.iter().filter(|r| r.value == 1.0 && r.half_width == 0.0).count(), 1, "{name}");
+        assert!(ratios.iter().all(|r| r.value >= 1.0 && r.half_width.is_finite()), "{name}: {ratios:?}");
+    }
+}
+
+/// All pictures share the reference: where its error is what decides, as on the white walls, the errors that they have scatter from one reference to the next as the
+/// error bars say, though they scatter much less from picture to picture. In the whole picture the edges of the lamp decide, which all of them have.
+#[test]
+fn chance_in_the_reference_is_in_the_error_bars() {
+    let (scene, lights) = cornell("16");
+    let regions = regions_by_material(&scene);
+    let (largest, _) =
+        regions.iter().enumerate().max_by_key(|(_, r)| r.pixels.len()).expect("the box has materials");
+    let truth = Truth::LongRun(Some(Strategy::Uniform));
+    let plan = Experiment { truth, regions, ..plan(&[LIGHT], 16) };
+    let (mut whole, mut relative, mut part) = (Vec::new(), Vec::new(), Vec::new());
+    for seed in 0..40 {
+        let found = convergence(&scene, &lights, &Experiment { seed, ..plan.clone() });
+        let last = found.curves[0].last().unwrap();
+        whole.push(last.squared);
+        relative.push(last.relative);
+        part.push(last.regions[largest]);
+    }
+    for (name, measured) in [("whole", whole), ("relative", relative), ("part", part)] {
+        let n = measured.len() as f64;
+        let mean = measured.iter().map(|m| m.mean).sum::<f64>() / n;
+        let scatter = (measured.iter().map(|m| (m.mean - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+        let claimed = (measured.iter().map(|m| m.error.powi(2)).sum::<f64>() / n).sqrt();
+        println!("{name}: {mean:.3e}, scatters by {scatter:.3e}, claimed {claimed:.3e}");
+        assert!((0.6..1.7).contains(&(claimed / scatter)), "{name}: {scatter} {claimed}");
+    }
 }
 
 /// What everybody believes of multiple importance sampling, at an equal number of rays (times are for `converge` itself): the two-sample estimator has less error over the
@@ -160,6 +207,7 @@ fn a_reference_has_three_channels() {
 /// Everything but the times: JSON without them.
 fn without_times(found: &Convergence) -> serde_json::Value {
     let mut json = convergence_to_json(found, Cost::default(), None);
+    assert!(json.as_object_mut().unwrap().remove("equal_time").is_some());
     for strategy in json["strategies"].as_array_mut().unwrap() {
         for key in
             ["slope_over_time", "squared_error_over_time", "efficiency", "to_reach", "cpu_seconds_before"]
@@ -235,8 +283,17 @@ fn the_command_leaves_plot_table_and_sheet() {
     let out = folder.path().join("out");
     let csv = fs::read_to_string(out.join("stamp-converge.csv")).unwrap();
     assert_eq!(csv.lines().count(), 1 + 2 * 5, "{csv}");
-    assert!(csv.lines().all(|line| line.split(',').count() == 11), "{csv}");
     let json: serde_json::Value = serde_json::from_slice(&fs::read(out.join("c.json")).unwrap()).unwrap();
+    // Two columns more for each part of the picture, the last of which are those of the last part.
+    let parts = json["equal_time"].as_array().unwrap();
+    assert!(csv.lines().all(|line| line.split(',').count() == 11 + 2 * (parts.len() - 1)), "{csv}");
+    let name = parts.last().unwrap()["part"].as_str().unwrap();
+    assert!(csv.lines().next().unwrap().ends_with(&format!(",squared_error {name},squared_error_se {name}")));
+    let last = &json["strategies"][1]["rungs"][4]["regions"][name];
+    for (back, key) in [(1, "mean"), (0, "standard_error")] {
+        let field: f64 = csv.lines().last().unwrap().rsplit(',').nth(back).unwrap().parse().unwrap();
+        assert!((field / last[key].as_f64().unwrap() - 1.0).abs() < 1e-12, "{key}: {field} {last}");
+    }
     assert_eq!((json["schema_version"].as_u64(), json["strategies"].as_array().unwrap().len()), (Some(2), 2));
     assert!(fs::read_to_string(out.join("stamp-converge.svg")).unwrap().contains("slope -1/2"));
     let sheet = image::open(out.join("stamp-converge-sheet.png")).unwrap();

@@ -1,12 +1,12 @@
 //! Renders: strategies beside and over one another, their errors, how they converge, whether they agree, and what the scene needs.
 
-use super::super::convergence::{best_efficiency, over_best};
+use super::super::convergence::{best_efficiency, over_best, ratio};
 use super::super::convergence_sheet::{AtEqualTime, winner_map};
 use super::super::{accord, convergence_plot, convergence_table, region_ratios};
 use super::figure::Figure;
 use super::page::{Block, Cell, Column, Page, Row, Section, Table, id};
 use super::verify::count;
-use crate::estimator::{Accord, Convergence, Cost, Estimate, Film, Judgement, Plan};
+use crate::estimator::{Accord, Convergence, Cost, Estimate, Film, Interval, Judgement, Plan};
 use crate::picture::{ColourMap, Field, Heat, Scale, Tone};
 use crate::verify::{Verdict, p_value};
 
@@ -126,11 +126,11 @@ impl Page {
         regions.extend(found.curves.iter().map(|c| Column::numbers(c.strategy.to_string())));
         let parts = region_ratios(found).into_iter().map(|(name, pixels, ratios)| {
             let head = [Cell::new(name), Cell::number(pixels as f64, count(pixels as u64))];
-            let ratio = |r: f64| Cell::number(r, over_best(r));
-            Row::new(head.into_iter().chain(ratios.into_iter().map(ratio)))
+            let over_least = |r: Interval| Cell::number(r.value, ratio(r));
+            Row::new(head.into_iter().chain(ratios.into_iter().map(over_least)))
         });
         let parts = Table {
-            caption: "rms error at equal time over that of the best strategy".into(),
+            caption: "rms error at equal time over that of the best strategy, with 95% intervals".into(),
             columns: regions,
             rows: parts.collect(),
             filter: false,
@@ -189,10 +189,7 @@ impl Page {
                     &winner_map(found),
                     "the strategy of least error for its time, tile by tile",
                 )
-                .caption(format!(
-                    "least squared error × time: {}; paler: by less than 1.5",
-                    names.join(", ")
-                )),
+                .caption(format!("least squared error × time: {}; dim: may be chance", names.join(", "))),
             ],
         ));
         Ok(self
