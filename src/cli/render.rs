@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
+use std::time::Instant;
 use warpcheck::estimator::{
     Integrator, Plan, Progress, Rendered, Settings, Strategy, render, share_out_of_reach,
 };
@@ -40,6 +41,9 @@ pub struct Arguments {
     /// Keep the film of each strategy, to go on with it later
     #[arg(long)]
     film: bool,
+    /// Save the film on the way after so many seconds, again and again, in case there is no end
+    #[arg(long, value_name = "SECONDS", requires = "film", default_value = "60", value_parser = common::seconds, allow_negative_numbers = true)]
+    save_every: f64,
     /// Go on with a film of the same scene, strategy and seed
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
@@ -152,12 +156,29 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let mut tiles = Vec::new();
         let mut enough = false;
         let begun = rendered.passes;
+        let film = common::with_extension(
+            &arguments.out.join(common::file_stem(&format!("{stem}-{strategy}"))),
+            "film",
+        );
+        let mut saved = Instant::now();
         for &spp in counts.iter().filter(|&&spp| spp >= begun) {
-            rendered.resume_with(&integrator, spp, |progress| {
-                bar.set_position(i as u64 * u64::from(most) + u64::from(progress.passes));
-                enough = is_enough(arguments, &progress);
-                !enough && !stop.load(Ordering::Relaxed)
-            });
+            loop {
+                let mut is_due = false;
+                rendered.resume_with(&integrator, spp, |progress| {
+                    bar.set_position(i as u64 * u64::from(most) + u64::from(progress.passes));
+                    enough = is_enough(arguments, &progress);
+                    is_due = arguments.film && saved.elapsed().as_secs_f64() >= arguments.save_every;
+                    !enough && !is_due && !stop.load(Ordering::Relaxed)
+                });
+                if !is_due {
+                    break;
+                }
+                rendered.save(&film, &scene, lights)?;
+                saved = Instant::now();
+                if enough || rendered.passes >= spp || stop.load(Ordering::Relaxed) {
+                    break;
+                }
+            }
             if rendered.passes > 0 {
                 // By what it has, which --time, --error or Ctrl-C may have made fewer than were asked for.
                 let named = format!("{stem}-{strategy}-{}spp", rendered.passes);
@@ -191,10 +212,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             }
         }
         if arguments.film && rendered.passes > 0 {
-            let path = arguments.out.join(common::file_stem(&format!("{stem}-{strategy}")));
-            let path = common::with_extension(&path, "film");
-            rendered.save(&path, &scene, lights)?;
-            bar.suspend(|| common::print(&format!("film: {}\n", path.display())))?;
+            rendered.save(&film, &scene, lights)?;
+            bar.suspend(|| common::print(&format!("film: {}\n", film.display())))?;
         }
         if !tiles.is_empty() {
             sheet = sheet.row(strategy.to_string(), tiles);

@@ -2,7 +2,8 @@
 
 use super::{Boxed, Fault, Specimen, Twin};
 use crate::domain::{Discrete, Knots};
-use crate::sampler::{DiscreteCdf, PointOf, Sample, Sampler, from_fn};
+use crate::sampler::{DiscreteCdf, LightTree, PointOf, Sample, Sampler, from_fn};
+use glam::Vec3;
 
 fn forty() -> Vec<f64> {
     (0..40).map(|i| f64::from(1 + (i * 7 + 3) % 11)).collect()
@@ -40,6 +41,26 @@ const TAIL: Twin = Twin::new("table of one heavy and 1e6 light weights", || righ
 const WEIGHTS: Twin = Twin::new("builder of tables", || {
     Specimen::Weights(|weights| Ok(Box::new(DiscreteCdf::new(weights).map_err(|error| error.to_string())?)))
 });
+
+/// Where lights are chosen from.
+const HERE: Vec3 = Vec3::new(1.0, 2.0, 0.5);
+
+/// Forty lights of a tree, chosen as seen from [`HERE`], with the probabilities that they have as seen from `from`.
+fn by_tree(from: Vec3) -> Specimen {
+    let light = |i: u32| {
+        let at = Vec3::new((i % 8) as f32, (i / 8) as f32, 3.0 + (i % 3) as f32);
+        ([at, at + 0.1 * Vec3::X, at + 0.1 * Vec3::Y], 1.0 + f64::from(i % 5))
+    };
+    let tree = LightTree::new((0..40).map(light)).expect("lights with power");
+    let asked = tree.clone();
+    Specimen::sampler(from_fn(
+        Discrete::new(40),
+        move |xi: f64| tree.choose(HERE, xi).0,
+        move |i: usize| asked.mass(from, i),
+    ))
+}
+
+const LIGHTS: Twin = Twin::new("tree of 40 lights", || by_tree(HERE));
 
 /// The probabilities that the weights ask for.
 fn probabilities(weights: &[f64]) -> Vec<f64> {
@@ -182,7 +203,7 @@ pub(super) fn faults() -> Vec<Fault> {
             let last = ends.len() - 1;
             searched(&million(), move |xi| ends.partition_point(|&e| e <= xi as f32 * total).min(last))
         })
-        .seen("torch7 #418 (upper half of the categories never drawn), pytorch #43115")
+        .seen("torch/torch7 #418 (upper half of the categories never drawn), pytorch/pytorch #43115")
         .caught(&["chi-square", "distribution"], &["step along the index"]),
         Fault::new(
             "discrete/last-under-1",
@@ -193,7 +214,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 searched(&thousand(), move |xi| ends.partition_point(|&e| f64::from(e) <= xi))
             },
         )
-        .seen("torch7 #453, microsoft/STL #1017 (discrete_distribution returns n)")
+        .seen("torch/torch7 #453, microsoft/STL #1017 (discrete_distribution returns n)")
         .caught(&["domain", "support"], &["outside at the end"]),
         Fault::new(
             "discrete/zero-weight-at-0",
@@ -232,7 +253,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 searched(&thousand(), move |xi| ends.partition_point(|&e| f64::from(e) <= xi).min(999))
             },
         )
-        .seen("forcedotcom/distributions #89; the clamp of pbrt-v4's SampleDiscrete is of this kind")
+        .seen("forcedotcom/distributions #89; the clamp of mmp/pbrt-v4's SampleDiscrete is of this kind")
         .caught(&["domain", "support"], &["entry of mass 0"]),
         Fault::new(
             "discrete/lower-bound",
@@ -264,7 +285,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 })
             },
         )
-        .seen("microsoft/STL #1074, cupy PR 4894 (curand gives 1), arrayfire #1610")
+        .seen("microsoft/STL #1074, cupy/cupy PR 4894 (curand gives 1), arrayfire/arrayfire #1610")
         .caught(&["domain"], &["outside at the end"]),
         Fault::new(
             "discrete/absorbed-tail",
@@ -278,8 +299,16 @@ pub(super) fn faults() -> Vec<Fault> {
                 })
             },
         )
-        .seen("pytorch #28390")
+        .seen("pytorch/pytorch #28390")
         .caught(&["chi-square"], &["absorbed tail"]),
+        Fault::new(
+            "discrete/light-tree-from-elsewhere",
+            "a light is chosen as seen from one point, and its probability asked from another",
+            LIGHTS,
+            || by_tree(HERE + Vec3::new(0.3, 0.0, 0.0)),
+        )
+        .seen("gkjohnson/three-gpu-pathtracer #847 is of the kind (weights from different directions)")
+        .caught(&["chi-square"], &["mass moved between entries"]),
         Fault::new(
             "discrete/alias-unfilled",
             "the entries left at the end of an alias table's construction get no cell",
@@ -312,7 +341,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 searched(&forty(), move |xi| ends.partition_point(|&e| e <= xi).min(39))
             },
         )
-        .seen("JuliaStats/Distributions.jl #832 (not normalised), mitsuba3 #1047 may be one")
+        .seen("JuliaStats/Distributions.jl #832 (not normalised), mitsuba-renderer/mitsuba3 #1047 may be one")
         .caught(&["chi-square"], &["the rest goes to the last entry"]),
         Fault::new(
             "discrete/left-over-outside",
@@ -330,7 +359,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 Specimen::sampler(LeavesOver { sampler: table, left_over })
             },
         )
-        .seen("wjakob/nori PR 32 (sampleReuse leaves [0, 1]); mitsuba3's distr_1d.h divides without a clamp, too")
+        .seen("wjakob/nori PR 32 (sampleReuse leaves [0, 1]); mitsuba-renderer/mitsuba3's distr_1d.h divides without a clamp, too")
         .caught(&["support"], &["left-over variate outside"]),
         Fault::new(
             "discrete/left-over-unscaled",
@@ -348,7 +377,7 @@ pub(super) fn faults() -> Vec<Fault> {
         Fault::new("discrete/nan-accepted", "`w < 0` refuses no NaN", WEIGHTS, || {
             Specimen::Weights(|weights| building(weights, |w| !(w < 0.0) && w != f64::INFINITY))
         })
-        .seen("numpy #11250 (choice with a NaN always gives the first element)")
+        .seen("numpy/numpy #11250 (choice with a NaN always gives the first element)")
         .caught(NOT_REFUSED.0, NOT_REFUSED.1)
         .no_sampler(),
         Fault::new(

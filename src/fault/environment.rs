@@ -226,7 +226,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 })
             },
         )
-        .seen("SmallVCM #8 (a film's row is index / resY), raylib #715 (y * height, which square textures hide)")
+        .seen("SmallVCM/SmallVCM #8 (a film's row is index / resY), raysan5/raylib #715 (y * height, which square textures hide)")
         .caught(&["chi-square"], &["table read by columns"]),
         Fault::new(
             "environment/theta-for-phi",
@@ -234,7 +234,7 @@ pub(super) fn faults() -> Vec<Fault> {
             MAP,
             || placed(|[u, v]| [v, u], uv),
         )
-        .seen("mitsuba3 PR 1541 (order of two angles)")
+        .seen("mitsuba-renderer/mitsuba3 PR 1541 (order of two angles)")
         .caught(&["chi-square"], &["theta and phi exchanged"])
         .held_back(),
         Fault::new(
@@ -256,7 +256,7 @@ pub(super) fn faults() -> Vec<Fault> {
             MAP,
             || placed(|at| at, |w| [(w.y.atan2(w.x) / TAU).max(0.0), uv(w)[1]]),
         )
-        .seen("BachiLi/redner PR 179, mitsuba2 #458")
+        .seen("BachiLi/redner PR 179, mitsuba-renderer/mitsuba2 #458")
         .caught(&["chi-square"], &[]),
         Fault::new(
             "environment/one-row-too-many",
@@ -264,7 +264,7 @@ pub(super) fn faults() -> Vec<Fault> {
             MAP,
             || placed(|[u, v]| [u, v * HEIGHT as f64 / (HEIGHT + 1) as f64], uv),
         )
-        .seen("three-gpu-pathtracer #541 (the last pixel can never be sampled), mmp/pbrt-v3 #63 (poles)")
+        .seen("gkjohnson/three-gpu-pathtracer #541 (the last pixel can never be sampled), mmp/pbrt-v3 #63 (poles)")
         .caught(&["chi-square"], &["stretched along theta"]),
         Fault::new(
             "environment/seam-over-1",
@@ -289,7 +289,7 @@ pub(super) fn faults() -> Vec<Fault> {
             BARRED,
             || Trial::new(barred()).target(bilinear).into(),
         )
-        .seen("mitsuba2 PR 173, mmp/pbrt-v3 #62")
+        .seen("mitsuba-renderer/mitsuba2 PR 173, mmp/pbrt-v3 #62")
         .caught(&["support"], &["target without density"]),
         Fault::new(
             "environment/corner-importance",
@@ -351,7 +351,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 following(consistently(read)).into()
             },
         )
-        .seen("mitsuba3 #1429 (a 4-channel map read as 3)")
+        .seen("mitsuba-renderer/mitsuba3 #1429 (a 4-channel map read as 3)")
         .caught(&["weights"], &[])
         .held_back(),
         Fault::new(

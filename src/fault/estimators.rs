@@ -158,7 +158,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 f64::from(sum) / count.max(1) as f64
             })
         })
-        .seen("mitsuba2 #82 (0.5 becomes 1 at 1e8 samples), LoveDaisy/ice_halo_sim PR 380")
+        .seen("mitsuba-renderer/mitsuba2 #82 (0.5 becomes 1 at 1e8 samples), LoveDaisy/ice_halo_sim PR 380")
         .caught(&["film"], &["constant"])
         .no_sampler(),
         Fault::new(

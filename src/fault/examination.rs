@@ -84,6 +84,8 @@ pub struct Outcome {
     pub samples: Option<u64>,
     /// Whether what was said of it at the whole budget is right.
     pub diagnosed: bool,
+    /// Whether it was said that nothing that is known explains the samples: not right, but not wrong either.
+    pub unknown: bool,
     /// What helped the diagnosis.
     pub help: Help,
     /// Whether it was kept aside while the checks were written.
@@ -168,6 +170,7 @@ pub fn examine(fault: &Fault, plan: &Plan) -> Option<Outcome> {
         of: needed.len() as u64,
         samples: if specimen.counts_samples() { median(needed) } else { None },
         diagnosed,
+        unknown: diagnosis.is_some_and(|diagnosis| !diagnosis.explains),
         help: match diagnosis {
             None => Help::CheckName,
             Some(_) if specimen.has_rivals() => Help::Rivals,

@@ -1,10 +1,11 @@
 //! Lobes, and mixtures of them.
 
 use super::{Fault, Specimen, Trial, Twin};
-use crate::domain::Hemisphere;
+use crate::domain::{Hemisphere, Sphere};
 use crate::random::{SplitMix64, to_f32, unit_f64};
 use crate::sampler::{
-    CosineHemisphere, GgxVisibleNormals, Mixture, PhongLobe, Sampler, UniformHemisphere, from_fn,
+    CosineHemisphere, Frame, GgxVisibleNormals, Mixture, PhongLobe, Sampler, UniformHemisphere,
+    VonMisesFisher, from_fn,
 };
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -78,6 +79,15 @@ fn beckmann(tangent: fn(f64) -> f64) -> Specimen {
         },
     ))
 }
+
+/// The concentration of the narrow lobe, about 1/20 of a degree wide.
+const KAPPA: f32 = 1e6;
+
+fn narrow() -> VonMisesFisher {
+    VonMisesFisher::new(TILTED, KAPPA).expect("a concentration")
+}
+
+const NARROW: Twin = Twin::new("von Mises-Fisher, kappa 1e6", || Specimen::sampler(narrow()));
 
 const NORMALS: Twin = Twin::new("Beckmann normals", || beckmann(f64::sqrt));
 
@@ -167,7 +177,7 @@ pub(super) fn faults() -> Vec<Fault> {
         Fault::new("lobes/masking-missing", "the density of visible normals lacks G1", GGX, || {
             claiming(ggx(0.5), |lobe, w| Sampler::density(lobe, &w) / masking(0.5)).into()
         })
-        .seen("NVIDIA-RTX/Donut #23, IrrlichtBAW PR 524")
+        .seen("NVIDIA-RTX/Donut #23, Devsh-Graphics-Programming/Nabla (then IrrlichtBAW) PR 524")
         .caught(&["normalisation", "chi-square", "jacobian"], &["constant"]),
         Fault::new("lobes/beckmann-tangent", "the tangent of the half vector is its square", NORMALS, || {
             beckmann(|squared| squared)
@@ -191,7 +201,9 @@ pub(super) fn faults() -> Vec<Fault> {
                 Specimen::sampler(from_fn(Hemisphere, again, move |w: Vec3| lobe.density(w)))
             },
         )
-        .seen("pyne PR 556 (a particle that starts in a void is drawn again, 'not statistically correct')")
+        .seen(
+            "pyne/pyne PR 556 (a particle that starts in a void is drawn again, 'not statistically correct')",
+        )
         .caught(&["chi-square"], &["rejected samples drawn again"]),
         Fault::new(
             "lobes/pow-of-a-negative",
@@ -229,7 +241,7 @@ pub(super) fn faults() -> Vec<Fault> {
                 ))
             },
         )
-        .seen("mitsuba3 PR 1681 (blendbsdf)")
+        .seen("mitsuba-renderer/mitsuba3 PR 1681 (blendbsdf)")
         .caught(&["agreement"], &["chosen part only"]),
         Fault::new(
             "lobes/selection-off-by-7-percent",
@@ -277,6 +289,45 @@ pub(super) fn faults() -> Vec<Fault> {
         )
         .seen("maximeraafat/BlenderNeRF PR 38 (the same on a sphere)")
         .caught(&["chi-square"], &["extra sin theta", "uniform in theta and phi"]),
+        Fault::new(
+            "lobes/eight-bit-variates",
+            "variates of 8 bits, as a texture of noise has them: 65,536 directions",
+            COSINE,
+            || {
+                let texel = |xi: f64| ((256.0 * xi).floor() + 0.5) / 256.0;
+                Specimen::sampler(from_fn(
+                    Hemisphere,
+                    move |[a, b]: [f64; 2]| {
+                        CosineHemisphere.sample(Vec2::new(texel(a) as f32, texel(b) as f32))
+                    },
+                    |w: Vec3| CosineHemisphere.density(w),
+                ))
+            },
+        )
+        .seen("brian-team/brian2 #222 is of the kind (15 bits of rand)")
+        .caught(&["repeats", "chi-square"], &["few points"]),
+        Fault::new(
+            "lobes/von-mises-fisher-by-cosine",
+            "1 + ln(xi + (1 - xi) e^(-2 kappa)) / kappa in f32 leaves a narrow lobe a few rings",
+            NARROW,
+            || {
+                let right = narrow();
+                let frame = Frame::new(TILTED);
+                Specimen::sampler(from_fn(
+                    Sphere,
+                    move |[a, b]: [f32; 2]| {
+                        // xi = 0 would be another mistake: the logarithm of 0.
+                        let cos = 1.0 + (a + f32::EPSILON).ln() / KAPPA;
+                        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+                        let phi = std::f32::consts::TAU * b;
+                        frame.to_world(Vec3::new(sin * phi.cos(), sin * phi.sin(), cos)).normalize()
+                    },
+                    move |w: Vec3| right.density(w),
+                ))
+            },
+        )
+        .seen("numpy/numpy #17275 (von Mises samples of a large kappa look like a Cantor set)")
+        .caught(&["chi-square"], &[]),
         Fault::new(
             "lobes/tails-of-another-roughness",
             "samples of one roughness, the density of a slightly larger one",

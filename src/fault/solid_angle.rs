@@ -172,7 +172,7 @@ pub(super) fn faults() -> Vec<Fault> {
             LIGHT,
             || claiming(|m, w| m.density * m.cosine / shading_cosine(m, w)),
         )
-        .seen("mitsuba3 #1952 (sample_direction and pdf_direction use different normals)")
+        .seen("mitsuba-renderer/mitsuba3 #1952 (sample_direction and pdf_direction use different normals)")
         .caught(&["chi-square"], &[])
         .held_back(),
         Fault::new("solid-angle/distance-not-squared", "the distance itself, not its square", LIGHT, || {
@@ -183,7 +183,7 @@ pub(super) fn faults() -> Vec<Fault> {
         Fault::new("solid-angle/distance-squared-twice", "the square of a squared distance", LIGHT, || {
             claiming(|m, _| m.density * m.distance.powi(2))
         })
-        .seen("RadeonProRender-Baikal #82 (area to solid angle converted twice: large scenes are darker)")
+        .seen("GPUOpen-LibrariesAndSDKs/RadeonProRender-Baikal #82 (area to solid angle converted twice: large scenes are darker)")
         .caught(&["chi-square", "jacobian"], &["divided by the distance squared"]),
         Fault::new(
             "solid-angle/back-side-counted",
@@ -270,7 +270,7 @@ pub(super) fn faults() -> Vec<Fault> {
             SMALL_TRIANGLE,
             || spherical_claiming(SMALL, girard),
         )
-        .seen("MilchRatchet/Luminary #88; pbrt-v4 falls back to areas below 3e-4 sr")
+        .seen("MilchRatchet/Luminary #88; mmp/pbrt-v4 falls back to areas below 3e-4 sr")
         .caught(&["normalisation", "chi-square"], &["constant"]),
     ]
 }

@@ -16,6 +16,14 @@ pub struct Twins {
     pub rejected: Vec<(String, u64)>,
 }
 
+/// What of [`fault_table`] is not plain.
+const LEGEND: &str = "\
+caught by: the first check that failed of the whole samples, and how many more did; (!): none of those that were to catch it
+samples: the fewest of 1k, 2k, 5k, 10k, … with which it is caught, the median over the seeds; -: nothing is drawn, or most seeds don't catch it
+seeds: with how many it is caught, of those that it was tried with; one where chance has no part
+diagnosis: of the whole samples; unknown: that nothing known explains them
+";
+
 /// A line for every fault, and the score.
 pub fn fault_table(outcomes: &[Outcome], twins: &Twins, style: Style) -> String {
     let mut text = String::new();
@@ -40,13 +48,14 @@ pub fn fault_table(outcomes: &[Outcome], twins: &Twins, style: Style) -> String 
         let samples = o.samples.map_or("-".to_owned(), count);
         let seeds = format!("{}/{}", o.caught, o.of);
         let said = match (o.diagnosed, o.help) {
+            (false, _) if o.unknown => "unknown",
             (false, _) => "wrong",
             (true, Help::None) => "right",
             (true, Help::Rivals) => "right, by a density that its author named",
             (true, Help::CheckName) => "right, by the name of the check",
         };
         let line = format!("{:width$}  {:by$}  {samples:>8}  {seeds:>7}  {said}", o.name, checks(o));
-        let good = o.is_caught() && o.diagnosed;
+        let good = o.is_caught() && o.as_expected && o.diagnosed;
         let verdict = match (o.is_caught(), good) {
             (false, _) => Verdict::Fail,
             (true, false) => Verdict::Inconclusive,
@@ -62,13 +71,18 @@ pub fn fault_table(outcomes: &[Outcome], twins: &Twins, style: Style) -> String 
     let percent = 100.0 * score.diagnosed as f64 / score.faults.max(1) as f64;
     let _ = writeln!(
         text,
-        "caught {} of {}; diagnosed {} ({percent:.0}%), {} of them without help; correct twins: {} of {} runs passed",
+        "caught {} of {}; diagnosed {} ({percent:.0}%), {} of them without help; correct twins: {}",
         score.caught,
         score.faults,
         score.diagnosed,
         score.unaided,
-        twins.runs - twins.rejected.iter().map(|(_, times)| times).sum::<u64>(),
-        twins.runs
+        match twins.runs {
+            0 => "not tried".to_owned(),
+            runs => {
+                let rejected: u64 = twins.rejected.iter().map(|(_, times)| times).sum();
+                format!("{} of {runs} runs passed", runs - rejected)
+            }
+        }
     );
     let held: Vec<&Outcome> = outcomes.iter().filter(|o| o.held_back).collect();
     if !held.is_empty() {
@@ -81,6 +95,9 @@ pub fn fault_table(outcomes: &[Outcome], twins: &Twins, style: Style) -> String 
     }
     for (name, times) in &twins.rejected {
         let _ = writeln!(text, "    did not pass, {times} times: {name}");
+    }
+    if !outcomes.is_empty() {
+        let _ = write!(text, "\n{LEGEND}");
     }
     text
 }
@@ -108,6 +125,7 @@ pub fn faults_to_json(outcomes: &[Outcome], twins: &Twins, plan: &crate::fault::
             "seeds": o.of,
             "samples_median": o.samples,
             "diagnosed": o.diagnosed,
+            "unknown": o.unknown,
             "help": match o.help { Help::None => "none", Help::Rivals => "rivals", Help::CheckName => "name of the check" },
             "held_back": o.held_back,
             "diagnosis": o.diagnosis,

@@ -34,48 +34,72 @@ impl Check for Repeats {
     }
 
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {
-        let (probe, space) = (case.probe, case.probe.space());
-        if space.axes() == 0 {
-            return Vec::new();
-        }
-        let mut rng = stream(case.settings.seed, "repeats", 0);
-        let mut xi = vec![0.0; probe.dimensions().max(1) * SAMPLES];
-        match probe.pilots() {
-            None => fill_unit(&mut rng, &mut xi),
-            Some(pilots) => xi = each_pilot(pilots, SAMPLES),
-        }
-        let mut draws = Vec::new();
-        probe.draw(&xi, usize::MAX, &mut draws, &mut Vec::new());
-        draws.retain(|d| d.fate == Fate::Drawn && !space.is_atom(d.location.patch) && d.density.is_finite());
-        let n = draws.len() as f64;
-        if n < 2.0 {
-            return Vec::new();
-        }
-        let density = draws.iter().map(|d| d.density).sum::<f64>() / n;
-        let mut keys: Vec<[u64; 3]> = draws
-            .iter()
-            .map(|d| [d.location.patch as u64, d.location.at[0].to_bits(), d.location.at[1].to_bits()])
-            .collect();
-        keys.sort_unstable();
-        let equal: u64 =
-            keys.chunk_by(|a, b| a == b).map(|run| (run.len() as u64 * (run.len() as u64 - 1)) / 2).sum();
-        let pairs = 0.5 * n * (n - 1.0);
-        let cell = ROUNDING.powi(space.axes() as i32);
-        // Points are as large as the domain, as far as that is known.
-        let measure = space.measure();
-        let scale = if measure.is_finite() { measure.max(1.0) } else { 1.0 };
-        let mean = pairs * ((cell * scale * density).min(1.0) + 2.0_f64.powi(-24));
-        let p = if equal == 0 { 1.0 } else { poisson::upper_tail(equal, mean).unwrap_or(f64::NAN) };
+        let Some(Repeated { samples, pairs, equal, allowed, .. }) = repeated(case) else { return Vec::new() };
+        let p = if equal == 0 { 1.0 } else { poisson::upper_tail(equal, allowed).unwrap_or(f64::NAN) };
         let distinct = if equal > 0 {
             format!(", as if there were {:.0} values", pairs / equal as f64)
         } else {
             String::new()
         };
-        let detail =
-            format!("{equal} pairs of {n} samples are equal to the last bit, {mean:.1} may be{distinct}");
-        vec![
-            Finding::new(self.name(), Evidence::Chance { p, conservative: p }, detail)
-                .sees(format!("fewer than {:.0} distinct values", pairs / (mean + 5.0 * mean.sqrt() + 20.0))),
-        ]
+        let detail = format!(
+            "{equal} pairs of {samples} samples are equal to the last bit, {allowed:.1} may be{distinct}"
+        );
+        vec![Finding::new(self.name(), Evidence::Chance { p, conservative: p }, detail).sees(format!(
+            "fewer than {:.0} distinct values",
+            pairs / (allowed + 5.0 * allowed.sqrt() + 20.0)
+        ))]
     }
+}
+
+/// How many pairs of points are equal.
+pub(super) struct Repeated {
+    /// Points that were compared.
+    samples: usize,
+    /// Pairs of them.
+    pub(super) pairs: f64,
+    /// Pairs that agree to the last bit.
+    pub(super) equal: u64,
+    /// Points that came more than once.
+    pub(super) points: u64,
+    /// How many equal pairs the lattice of variates and rounding explain.
+    pub(super) allowed: f64,
+}
+
+/// `None` where points can't be told apart anyway, or there are none.
+pub(super) fn repeated(case: &Case<'_>) -> Option<Repeated> {
+    let (probe, space) = (case.probe, case.probe.space());
+    if space.axes() == 0 {
+        return None;
+    }
+    let mut rng = stream(case.settings.seed, "repeats", 0);
+    let mut xi = vec![0.0; probe.dimensions().max(1) * SAMPLES];
+    match probe.pilots() {
+        None => fill_unit(&mut rng, &mut xi),
+        Some(pilots) => xi = each_pilot(pilots, SAMPLES),
+    }
+    let mut draws = Vec::new();
+    probe.draw(&xi, usize::MAX, &mut draws, &mut Vec::new());
+    draws.retain(|d| d.fate == Fate::Drawn && !space.is_atom(d.location.patch) && d.density.is_finite());
+    let n = draws.len() as f64;
+    if n < 2.0 {
+        return None;
+    }
+    let density = draws.iter().map(|d| d.density).sum::<f64>() / n;
+    let mut keys: Vec<[u64; 3]> = draws
+        .iter()
+        .map(|d| [d.location.patch as u64, d.location.at[0].to_bits(), d.location.at[1].to_bits()])
+        .collect();
+    keys.sort_unstable();
+    let (mut equal, mut points) = (0, 0);
+    for run in keys.chunk_by(|a, b| a == b).map(|run| run.len() as u64).filter(|run| *run > 1) {
+        equal += run * (run - 1) / 2;
+        points += 1;
+    }
+    let pairs = 0.5 * n * (n - 1.0);
+    let cell = ROUNDING.powi(space.axes() as i32);
+    // Points are as large as the domain, as far as that is known.
+    let measure = space.measure();
+    let scale = if measure.is_finite() { measure.max(1.0) } else { 1.0 };
+    let allowed = pairs * ((cell * scale * density).min(1.0) + 2.0_f64.powi(-24));
+    Some(Repeated { samples: draws.len(), pairs, equal, points, allowed })
 }

@@ -6,6 +6,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
 use tempfile::{TempDir, tempdir};
 use warpcheck::picture::{Picture, Planes, read, read_planes, write_exr};
 
@@ -845,24 +847,23 @@ fn a_plan_is_printed() {
 #[cfg(unix)]
 #[track_caller]
 fn interrupted(folder: &TempDir, words: &str) -> String {
-    use std::time::{Duration, Instant};
     let wait_for = |what: &str, mut done: Box<dyn FnMut() -> bool + '_>| {
         let start = Instant::now();
         while !done() {
             assert!(start.elapsed() < Duration::from_secs(20), "{words}: no {what} in 20 s");
-            std::thread::sleep(Duration::from_millis(20));
+            thread::sleep(Duration::from_millis(20));
         }
     };
     let mut child = warpcheck(folder, words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     wait_for("folder", Box::new(|| folder.path().join("out").is_dir()));
-    std::thread::sleep(Duration::from_millis(500));
+    thread::sleep(Duration::from_millis(500));
     assert!(child.try_wait().unwrap().is_none(), "{words}: over before Ctrl-C");
     let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(killed.success());
     let mut ended = false;
     let start = Instant::now();
     while !ended && start.elapsed() < Duration::from_secs(20) {
-        std::thread::sleep(Duration::from_millis(20));
+        thread::sleep(Duration::from_millis(20));
         ended = child.try_wait().unwrap().is_some();
     }
     if !ended {
@@ -938,6 +939,31 @@ fn ctrl_c_keeps_the_passes_so_far() {
             false => drop(png(path)),
         }
     }
+}
+
+/// Killed, without a chance to do anything about it.
+#[test]
+fn a_film_is_saved_on_the_way() {
+    let folder = tempdir().unwrap();
+    small_scene(&folder);
+    let words = "render stamp.toml --strategy light --spp 100000000 --film --save-every 0.05 --out out";
+    let mut child = warpcheck(&folder, words).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let film = folder.path().join("out/stamp-light.film");
+    let begun = Instant::now();
+    while !film.exists() && begun.elapsed() < Duration::from_secs(60) {
+        thread::sleep(Duration::from_millis(20));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let go_on = "render stamp.toml --strategy light --resume out/stamp-light.film";
+    let told = text(&warpcheck(&folder, &format!("{go_on} --spp 1")).output().unwrap().stderr);
+    let saved = told.split("the film has ").nth(1).and_then(|t| t.split(' ').next()).unwrap();
+    let spp = saved.parse::<u32>().unwrap() + 2;
+    exits(&folder, &format!("{go_on} --spp {spp} --out on"), 0);
+    exits(&folder, &format!("render stamp.toml --strategy light --spp {spp} --out once"), 0);
+    let picture =
+        |out: &str| fs::read(folder.path().join(format!("{out}/stamp-light-{spp}spp.exr"))).unwrap();
+    assert!(picture("on") == picture("once"), "{spp}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use crate::random::{fill_unit, stream};
 use crate::verify::check::Case;
 use crate::verify::probe::{Draw, Fate};
+use crate::verify::repeats::{Repeated, repeated};
 use crate::verify::support::target_fails;
 use crate::verify::weights::relative_spread;
 
@@ -61,6 +62,20 @@ pub(super) fn not_finite(case: &Case<'_>) -> Option<Mistake> {
     let place = case.probe.describe(location.patch, location.at);
     let name = if value < 0.0 { "density negative" } else { "density not finite" };
     Some((name, format!("the density is {value} at {place}{first}")))
+}
+
+/// The points are few: not some that are common, as where values are clamped, but all of them.
+pub(super) fn few_points(case: &Case<'_>) -> Option<Mistake> {
+    const COMMON: u64 = 50;
+    let Repeated { pairs, equal, points, allowed, .. } = repeated(case)?;
+    let few = equal as f64 > 2.0 * allowed + 100.0 && equal < COMMON * points;
+    few.then(|| {
+        let text = format!(
+            "there are about {:.0} points in all: variates of too few bits (a texture of noise, 15 bits of rand), or a table of points",
+            pairs / equal as f64
+        );
+        ("few points", text)
+    })
 }
 
 /// What is left over of a variate leaves [0, 1), or does not fill it.

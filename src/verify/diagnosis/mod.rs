@@ -89,6 +89,7 @@ pub(super) fn diagnose(case: &Case<'_>) -> Option<Diagnosis> {
     direct::outside(case)
         .or_else(|| direct::nothing(case))
         .or_else(|| direct::not_finite(case))
+        .or_else(|| direct::few_points(case))
         .map(Diagnosis::direct)
         .or_else(|| by_weights(case))
         .or_else(|| by_counts(case))
