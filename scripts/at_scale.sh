@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Verifies every sampler that ships at 1e8 samples, and the four core ones (selection by weights, barycentric warp, mesh light by area, environment map)
-# at 1e9: is the resolution of variates, tables and f32 arithmetic good enough not to be seen? Hours on two cores.
+# at 1e9: is the resolution of variates, tables and f32 arithmetic good enough not to be seen? An hour and more on two cores.
 #
 #   scripts/at_scale.sh [FOLDER]                      reports and pictures go there; warpcheck-out/at-scale unless told
 #   SAMPLES=1M CORE_SAMPLES=10M scripts/at_scale.sh   a rehearsal
