@@ -1,6 +1,6 @@
 //! A mesh light: triangle selection by area, the barycentric warp, and the conversion to solid angle.
 //!
-//! A triangle is selected by inversion of the area CDF ([`DiscreteCdf`]), a point on it by the barycentric warp ([`TriangleWarp`]), so the density is
+//! A triangle is selected by inversion of the area CDF ([`DiscreteGuide`]), a point on it by the barycentric warp ([`TriangleWarp`]), so the density is
 //! mass(i) / area(i) per area: 1 / total area, up to the resolution of the table that is searched. Triangles may also have weights
 //! ([`MeshLight::weighted`]: by radiance, so that selection is by power), be selected from outside ([`LightTree`](super::LightTree)), or have the
 //! point placed uniformly in their solid angle ([`Placement`]). Seen from x a density per area is converted per
@@ -13,7 +13,7 @@
 //! - of a *direction*: a sampler that ignores visibility can generate the same direction through several triangles, so
 //!   [`SeenFrom`] sums over every emissive hit along the ray. It is what integrates to 1 (less the rejected mass) over directions.
 
-use super::{DiscreteCdf, Error, Preimage, Sample, Sampler, SphericalTriangle, TriangleWarp, View};
+use super::{DiscreteGuide, Error, Preimage, Sample, Sampler, SphericalTriangle, TriangleWarp, View};
 use crate::domain::{MeshSurface, Sphere, SurfacePoint};
 use crate::random::to_f32;
 use glam::{DVec3, Vec2, Vec3};
@@ -66,7 +66,7 @@ struct Emitter {
 #[derive(Clone, Debug)]
 pub struct MeshLight {
     emitters: Vec<Emitter>,
-    table: DiscreteCdf,
+    table: DiscreteGuide,
     warp: TriangleWarp,
     area: f64,
 }
@@ -135,7 +135,7 @@ impl MeshLight {
             emitters.push(Emitter { vertices, normal, area, sides });
             weights.push(weight * area);
         }
-        let table = DiscreteCdf::new(&weights).map_err(|error| match error {
+        let table = DiscreteGuide::new(&weights).map_err(|error| match error {
             Error::AllZero { count } => Error::NoArea { triangles: count },
             other => other,
         })?;

@@ -131,6 +131,7 @@ pub fn offset_unit(extent: f32) -> f32 {
 /// Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT 2(1), 2013), in f64: a ray cannot slip between
 /// two triangles that share an edge, since both see the same three roundings of the edge function with opposite signs.
 struct Sheared {
+    /// Along the axes.
     origin: [f64; 3],
     axes: [usize; 3],
     shear: [f64; 3],
@@ -144,7 +145,8 @@ impl Sheared {
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
         let shear = [d[axes[0]] / d[z], d[axes[1]] / d[z], 1.0 / d[z]];
         let usable = ray.origin.is_finite() && ray.direction.is_finite() && d[z] != 0.0;
-        usable.then_some(Self { origin: ray.origin.as_dvec3().to_array(), axes, shear })
+        let origin = ray.origin.as_dvec3().to_array();
+        usable.then_some(Self { origin: axes.map(|axis| origin[axis]), axes, shear })
     }
 
     /// t, u, v of the intersection with a triangle, for t > 0.
@@ -152,10 +154,13 @@ impl Sheared {
     fn meet(&self, triangle: &[Vec3; 3]) -> Option<[f64; 3]> {
         let [x, y, z] = self.axes;
         let [sx, sy, sz] = self.shear;
+        let [ox, oy, oz] = self.origin;
         let seen = |p: &Vec3| {
-            let p = p.as_dvec3().to_array();
-            let depth = p[z] - self.origin[z];
-            [p[x] - self.origin[x] - sx * depth, p[y] - self.origin[y] - sy * depth, depth]
+            // Where they lie: an array made of them would have to be stored first.
+            let p: &[f32; 3] = p.as_ref();
+            let [px, py, pz] = [p[x], p[y], p[z]].map(f64::from);
+            let depth = pz - oz;
+            [px - ox - sx * depth, py - oy - sy * depth, depth]
         };
         let [a, b, c] = [seen(&triangle[0]), seen(&triangle[1]), seen(&triangle[2])];
         let w = [c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]];

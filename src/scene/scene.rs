@@ -84,7 +84,11 @@ pub struct Scene {
     rays: Rays,
     rays_time: Duration,
     offset_unit: f32,
+    /// The place of each triangle among the emitters, or [`DARK`]: every hit asks.
+    emitter_of: Box<[u32]>,
 }
+
+const DARK: u32 = u32::MAX;
 
 impl Scene {
     /// Reads a scene file and the meshes that it names. Environment map and reference are not opened.
@@ -146,6 +150,10 @@ impl Scene {
         if emitters.is_empty() && described.environment.is_none() {
             return Err(Error::NoLight { file: file.into() });
         }
+        let mut emitter_of = vec![DARK; triangles.len()].into_boxed_slice();
+        for (place, emitter) in (0..).zip(&emitters) {
+            emitter_of[emitter.triangle as usize] = place;
+        }
         let vertices: Vec<_> = triangles.iter().map(|t| t.vertices).collect();
         let (rays, rays_time) = timed(&vertices, RayStructure::for_triangles(vertices.len()));
         Ok(Self {
@@ -153,6 +161,7 @@ impl Scene {
             rays,
             rays_time,
             offset_unit: offset_unit(extent(&vertices)),
+            emitter_of,
             triangles,
             materials,
             convention: described.convention,
@@ -191,8 +200,10 @@ impl Scene {
     }
 
     /// The emitter that a triangle is, as an index into [`Scene::emitters`].
+    #[inline]
     pub fn emitter_of(&self, triangle: u32) -> Option<usize> {
-        self.emitters.binary_search_by_key(&triangle, |e| e.triangle).ok()
+        let place = *self.emitter_of.get(triangle as usize)?;
+        (place != DARK).then_some(place as usize)
     }
 
     /// The material of a triangle.
