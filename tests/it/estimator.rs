@@ -744,8 +744,38 @@ fn ggx_lobes_have_their_albedo_by_all() {
 /// See [`irradiance_of_a_sunrise`].
 fn irradiances(precision: f64, map: &str, axes: &[(&str, Vec3)], strategies: &[Strategy]) {
     let json = fs::read_to_string(data("reference/env_irradiance.json")).unwrap();
+    let published = |axis: &str, _| triples(&json, &[map, "irradiance", axis])[0];
+    irradiances_of(precision, map, axes, strategies, published);
+}
+
+/// The sum over texels of radiance times solid angle times the cosine at the centre, which is off by 1e-5 where the sun is high, and 1e-3 where it sets.
+fn irradiance_by_sum(map: &warpcheck::picture::Picture, normal: Vec3) -> [f64; 3] {
+    let (width, height) = (map.width(), map.height());
+    let theta = |row: f64| PI * row / height as f64;
+    let mut sum = DVec3::ZERO;
+    for (i, texel) in map.pixels().iter().enumerate() {
+        let (x, y) = ((i % width) as f64, (i / width) as f64);
+        let (phi, solid_angle) = (
+            2.0 * PI * (x + 0.5) / width as f64,
+            2.0 * PI / width as f64 * (theta(y).cos() - theta(y + 1.0).cos()),
+        );
+        // Counterclockwise from +x, seen from above.
+        let (sin, cos) = theta(y + 0.5).sin_cos();
+        let w = DVec3::new(sin * phi.cos(), cos, -sin * phi.sin());
+        sum += DVec3::from(texel.map(f64::from)) * solid_angle * w.dot(normal.as_dvec3()).max(0.0);
+    }
+    sum.to_array()
+}
+
+fn irradiances_of(
+    precision: f64,
+    map: &str,
+    axes: &[(&str, Vec3)],
+    strategies: &[Strategy],
+    of: impl Fn(&str, Vec3) -> [f64; 3],
+) {
     for &(axis, normal) in axes {
-        let expected = triples(&json, &[map, "irradiance", axis])[0].map(|e| e * 0.5 / PI);
+        let expected = of(axis, normal).map(|e| e * 0.5 / PI);
         let sky = format!("[environment]\nfile = {:?}\n", data(&format!("env/{map}")));
         let slant = normal + 0.5 * normal.any_orthonormal_vector();
         let scene = Made::new("mtl", slant, Vec3::ZERO, 1.0, 128, &sky)
@@ -792,6 +822,35 @@ fn irradiance_along_all_axes() {
     irradiances(1e-3, "spruit_sunrise_512.hdr", &AXES, &[LIGHT, mis(0.5), AUTO, TWO, TWO_POWER]);
     // A sun of one texel in 131,072: to a thousandth these would take 1e10 samples.
     irradiances(1e-2, "spruit_sunrise_512.hdr", &AXES, &[UNIFORM, BRDF]);
+}
+
+/// The sum is the published one where there is one; of the other maps it is all there is.
+#[test]
+fn irradiance_is_a_sum_over_texels() {
+    let map = "potsdamer_platz_512.hdr";
+    let json = fs::read_to_string(data("reference/env_irradiance.json")).unwrap();
+    let picture = warpcheck::picture::read(data(&format!("env/{map}"))).unwrap();
+    for (axis, normal) in AXES {
+        let (sum, published) =
+            (irradiance_by_sum(&picture, normal), triples(&json, &[map, "irradiance", axis])[0]);
+        for (sum, published) in sum.into_iter().zip(published) {
+            assert!((sum / published - 1.0).abs() < 1e-4, "{axis}: {sum} {published}");
+        }
+    }
+    known_by_sum(3e-3, "blender_interior_512.hdr", &AXES[..1], &[LIGHT]);
+}
+
+fn known_by_sum(precision: f64, map: &str, axes: &[(&str, Vec3)], strategies: &[Strategy]) {
+    let picture = warpcheck::picture::read(data(&format!("env/{map}"))).unwrap();
+    irradiances_of(precision, map, axes, strategies, |_, normal| irradiance_by_sum(&picture, normal));
+}
+
+#[test]
+#[ignore = "long: most samples go to a sun that is behind the surface"]
+fn irradiance_of_maps_along_their_axes() {
+    for map in ["noon_grass_512.hdr", "blender_interior_512.hdr", "spruit_sunrise_1k.hdr"] {
+        known_by_sum(1e-3, map, &AXES, &[LIGHT, TWO]);
+    }
 }
 
 /// `cargo test --release --test it -- --ignored triangles_to`: a minute. [`triangles_over_a_floor`] at the precision of the others.

@@ -75,6 +75,26 @@ fn strategies_agree_on_ggx() {
     same("brdf", &draw(&overcast, &lights, Strategy::Brdf, 32, 2).film.blocks(16), &two);
 }
 
+/// The cow under every map that ships: what aims at the sky, with lobes and without.
+#[test]
+#[ignore = "long: five skies"]
+fn strategies_agree_under_every_map() {
+    let maps = concat!(env!("CARGO_MANIFEST_DIR"), "/data/env");
+    let mut maps: Vec<PathBuf> = fs::read_dir(maps).unwrap().map(|entry| entry.unwrap().path()).collect();
+    maps.sort();
+    assert_eq!(maps.len(), 5);
+    for map in maps {
+        let mut scene = scene("spot_env", 64);
+        scene.environment.as_mut().unwrap().file = map.clone();
+        let lights = Lights::load(&scene).unwrap();
+        let two = draw(&scene, &lights, TWO, 64, 1).film.blocks(16);
+        for (i, strategy) in [Strategy::Light, Strategy::MisAuto, TWO_POWER].into_iter().enumerate() {
+            let drawn = draw(&scene, &lights, strategy, 64, 2 + i as u64).film.blocks(16);
+            same(&format!("{strategy} under {}", map.display()), &drawn, &two);
+        }
+    }
+}
+
 /// The density that the weights are formed from is the one that was drawn from: one that is 5 % off is seen.
 #[test]
 #[ignore = "long: 256 samples a pixel"]
