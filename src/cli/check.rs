@@ -264,6 +264,14 @@ fn allowed(space: &dyn Space, measure: Measure) -> Result<Measure> {
 /// The density that was given, and other readings of it.
 type Readings<D> = (Table<D>, Vec<(String, Table<D>)>);
 
+fn readings<D>(given: &Option<Readings<D>>, partial: bool) -> Given<'_, D> {
+    Given {
+        table: given.as_ref().map(|(table, _)| table),
+        rivals: given.as_ref().map_or(&[], |(_, rivals)| rivals.as_slice()),
+        partial,
+    }
+}
+
 fn density<D: Coordinates>(domain: &D, arguments: &Arguments) -> Result<Option<Readings<D>>> {
     if let Some(file) = &arguments.env {
         if domain.name() != "sphere" {
@@ -352,11 +360,7 @@ fn samples<D: Coordinates>(domain: D, arguments: &Arguments, settings: &Settings
     }
     let (mut examination, fails) = judged(record.examine(settings).map_err(plain)?, settings)?;
     if fails {
-        let given = Given {
-            table,
-            rivals: given.as_ref().map_or(&[], |(_, rivals)| rivals.as_slice()),
-            partial: arguments.partial,
-        };
+        let given = readings(&given, arguments.partial);
         let held = kept.lock().unwrap_or_else(PoisonError::into_inner);
         let found = of_samples(&held, &layout, &convention, given, settings).map_err(plain)?;
         examination.diagnosis = found.or(examination.diagnosis);
@@ -405,19 +409,20 @@ fn program<D: Coordinates>(
         program.finish()?;
         return Ok(examination);
     }
-    if let Some((table, _)) = &given {
-        let sampler = WithTable { program: &program, table };
-        let examination = warpcheck::verify(&sampler).name(name).settings(settings.clone()).examine();
-        program.finish()?;
-        return Ok(examination);
-    }
-    if !program.has_density() {
-        bail!("the program has no density: say --density, --env or --against");
-    }
-    let examination = warpcheck::verify(&program).name(name).settings(settings.clone()).examine();
+    let examination = match &given {
+        Some((table, _)) => {
+            let sampler = WithTable { program: &program, table };
+            warpcheck::verify(&sampler).name(name).settings(settings.clone()).examine()
+        }
+        None if !program.has_density() => {
+            bail!("the program has no density: say --density, --env or --against")
+        }
+        None => warpcheck::verify(&program).name(name).settings(settings.clone()).examine(),
+    };
     let (mut examination, fails) = judged(examination, settings)?;
     if fails && !stop.load(Ordering::Relaxed) {
-        examination.diagnosis = of_program(&mut program, settings).or(examination.diagnosis);
+        examination.diagnosis =
+            of_program(&mut program, readings(&given, false), settings).or(examination.diagnosis);
     }
     program.finish()?;
     Ok(examination)

@@ -3,10 +3,11 @@
 
 use super::source::Held;
 use super::table::Table;
-use super::{Convention, Coordinates, Layout, Program};
+use super::{Convention, Coordinates, Layout, Measure, Program, WithTable};
 use crate::random::{fill_unit, stream};
 use crate::sampler::{Sampler, fill_vec};
 use crate::verify::{Diagnosis, Evidence, Examination, Report, RowsError, Settings, Verdict, recording};
+use glam::DVec3;
 
 /// Rows that are judged again.
 pub const AGAIN: usize = 1 << 16;
@@ -102,15 +103,55 @@ pub fn of_samples<D: Coordinates>(
             found.push(named(&other, false));
         }
     }
-    // Without a density of the place, turning the points changes nothing.
-    if let (Some(table), true) = (given.table, found.is_empty()) {
-        for other in likeliest_frames(held, layout, convention, table) {
-            if passes(&other, Some(table))? {
-                found.push(named(&other, true));
+    if !found.is_empty() {
+        return Ok(diagnosis(found));
+    }
+    match given.table {
+        Some(table) => {
+            for other in likeliest_frames(held, layout, convention, table) {
+                if passes(&other, Some(table))? {
+                    found.push(named(&other, true));
+                }
+            }
+        }
+        None => {
+            for other in upright_frames(held, layout, convention) {
+                if passes(&other, None)? {
+                    found.push(named(&other, true));
+                    break;
+                }
             }
         }
     }
     Ok(diagnosis(found))
+}
+
+/// Without a density of the place, turning points about the vertical changes nothing, and which way is up no more than what lies inside, and what a density
+/// is per: a frame for each way that is up under which the rows lie inside; none where all of them are as good as the own one.
+fn upright_frames<D: Coordinates>(
+    held: &Held,
+    layout: &Layout,
+    convention: &Convention<D>,
+) -> Vec<Convention<D>> {
+    let inside = |convention: &Convention<D>| {
+        let points = held.rows(GLANCE).filter_map(|row| layout.row(convention, row).point);
+        let (inside, all) = points.fold((0, 0), |(inside, all), point| {
+            (inside + usize::from(convention.domain.locate(&point).is_ok()), all + 1)
+        });
+        100 * inside >= 99 * all
+    };
+    if !convention.domain.has_frame() || inside(convention) && convention.measure == Measure::SolidAngle {
+        return Vec::new();
+    }
+    let mut ups = vec![convention.frame.to_theirs(DVec3::Z)];
+    let frames = convention.others().into_iter().filter(|other| other.frame != convention.frame);
+    let another_way_up = frames.filter(|other| {
+        let up = other.frame.to_theirs(DVec3::Z);
+        let is_new = !ups.contains(&up);
+        ups.push(up);
+        is_new
+    });
+    another_way_up.filter(inside).collect()
 }
 
 /// The frames under which the rows have the largest likelihood (that of the right one is the largest in the mean; Gibbs' inequality).
@@ -125,6 +166,13 @@ fn likeliest_frames<D: Coordinates>(
             |row: &[f64]| layout.row(convention, row).point.map_or(0.0, |point| table.density(&point).ln());
         held.rows(GLANCE).map(ln).sum()
     };
+    likeliest(convention, score)
+}
+
+fn likeliest<D: Coordinates>(
+    convention: &Convention<D>,
+    mut score: impl FnMut(&Convention<D>) -> f64,
+) -> Vec<Convention<D>> {
     let frames = convention.others().into_iter().filter(|other| other.frame != convention.frame);
     let mut scored: Vec<(f64, Convention<D>)> = frames.map(|other| (score(&other), other)).collect();
     scored.retain(|(score, _)| *score > f64::NEG_INFINITY);
@@ -140,9 +188,66 @@ fn named<D: Coordinates>(other: &Convention<D>, frame: bool) -> (String, String)
     (name.clone(), format!("if {what} {name},"))
 }
 
-/// The same for a program that can be asked again.
-pub fn of_program<D: Coordinates>(program: &mut Program<D>, settings: &Settings) -> Option<Diagnosis> {
+/// The same for a program that can be asked again, held against its own density or a table.
+pub fn of_program<D: Coordinates>(
+    program: &mut Program<D>,
+    given: Given<'_, D>,
+    settings: &Settings,
+) -> Option<Diagnosis> {
     let settings = Settings { samples: PROGRAM_AGAIN, ..settings_of(settings) };
+    match given.table {
+        Some(table) => against_table(program, table, given.rivals, &settings),
+        None => against_itself(program, &settings),
+    }
+}
+
+/// Other readings of the table, then the frames under which the program's samples are likeliest.
+fn against_table<D: Coordinates>(
+    program: &mut Program<D>,
+    table: &Table<D>,
+    rivals: &[(String, Table<D>)],
+    settings: &Settings,
+) -> Option<Diagnosis> {
+    let passes = |program: &Program<D>, table: &Table<D>| {
+        let sampler = WithTable { program, table };
+        convinces(crate::verify(&sampler).settings(settings.clone()).examine(), settings)
+    };
+    if passes(program, table) {
+        return None; // so few samples don't show what is wrong
+    }
+    let mut found = Vec::new();
+    for (words, table) in rivals {
+        if passes(program, table) {
+            found.push((words.clone(), format!("with {words},")));
+        }
+    }
+    if found.is_empty() {
+        let own = program.convention().clone();
+        let mut xi = vec![0.0; GLANCE * program.dimensions()];
+        fill_unit(&mut stream(settings.seed, "conventions", 0), &mut xi);
+        let frames = if own.domain.has_frame() {
+            likeliest(&own, |other| {
+                program.under(other.clone());
+                let mut samples = Vec::new();
+                fill_vec(&*program, &xi, &mut samples);
+                samples.iter().flatten().map(|sample| table.density(&sample.point).ln()).sum()
+            })
+        } else {
+            Vec::new()
+        };
+        for other in frames {
+            program.under(other.clone());
+            if passes(program, table) {
+                found.push(named(&other, true));
+                break;
+            }
+        }
+        program.under(own);
+    }
+    diagnosis(found)
+}
+
+fn against_itself<D: Coordinates>(program: &mut Program<D>, settings: &Settings) -> Option<Diagnosis> {
     let own = program.convention().clone();
     let mut found = Vec::new();
     let mut xi = vec![0.0; GLANCE * program.dimensions()];
@@ -168,7 +273,7 @@ pub fn of_program<D: Coordinates>(program: &mut Program<D>, settings: &Settings)
             without: [&settings.without[..], &ONE_BY_ONE.map(str::to_owned)].concat(),
             ..settings.clone()
         };
-        if inside(program) && passes(&quick) && passes(&settings) {
+        if inside(program) && passes(&quick) && passes(settings) {
             found.push(named(&other, turned));
             break;
         }
