@@ -7,13 +7,17 @@
 //!   p = w_left / (w_left + w_right),   w = P / max(d^2, r^2),
 //!
 //! P the summed power of a node, d the distance from x to the centre of its bounding box, r half its diagonal (closer than that, the box has no
-//! distance worth the name). p is kept 2^-30 away from 0 and 1, so that every light is reached by 53-bit variates from everywhere. The mass
-//! of a light is the product of the probabilities on its way, multiplied in the same order by `choose` and `mass`: the two agree to the last bit.
+//! distance worth the name). p is kept 2^-30 away from 0 and 1.
+//!
+//! What is divided on the way down are the 2^53 steps of the variate: a node with s of them leaves floor(p s) to its left child, but as many to either as it has
+//! lights. So every light has a step at least, and is reached by 53-bit variates from everywhere, which a product of probabilities doesn't promise
+//! (two levels of 2^-30 are less than a step); and the masses are whole numbers of steps that sum to 2^53, the same in `choose` and `mass`.
 //!
 //! The tree is cut in the middle along the widest axis, so its depth is log2 of the number of lights, and its shape needs no pointers: in preorder a
 //! node with k lights is followed by its left half, k / 2 lights in 2 (k / 2) - 1 nodes, and that by the right half.
 
 use super::Error;
+use super::discrete::{STEPS, inside};
 use glam::{DVec3, Vec3};
 
 /// The least probability of a child.
@@ -57,6 +61,10 @@ struct Branch {
 }
 
 impl Branch {
+    fn lights(self) -> u64 {
+        (self.to - self.from) as u64
+    }
+
     fn halves(self) -> Option<[Self; 2]> {
         let Self { node, from, to } = self;
         let middle = from + (to - from) / 2;
@@ -77,7 +85,7 @@ impl LightTree {
                 return Err(Error::Vertex { triangle: index, vertex });
             }
             if !(power.is_finite() && power > 0.0) {
-                return Err(Error::Weight { index, value: power });
+                return Err(Error::Power { index, value: power });
             }
         }
         if lights.is_empty() {
@@ -98,33 +106,51 @@ impl LightTree {
         Ok(Self { nodes: nodes.into(), lights: order.into(), places: places.into() })
     }
 
-    /// The light for a variate in `[0, 1)` as seen from `x`, and its probability.
+    /// The light for a variate in `[0, 1)` as seen from `x`, and its probability. What lies outside is moved to the nearest end, NaN to 0.
     #[inline]
-    pub fn choose(&self, x: Vec3, mut xi: f64) -> (usize, f64) {
-        let (mut at, mut mass) = (self.root(), 1.0);
+    pub fn choose(&self, x: Vec3, xi: f64) -> (usize, f64) {
+        let (mut at, mut steps, mut step) = (self.root(), STEPS as u64, (inside(xi) * STEPS) as u64);
         while let Some([left, right]) = at.halves() {
-            let p = self.to_left(x, left, right);
-            (at, xi, mass) = match xi < p {
-                true => (left, xi / p, mass * p),
-                false => (right, (xi - p) / (1.0 - p), mass * (1.0 - p)),
+            let to_left = self.steps_to_left(x, left, right, steps);
+            (at, steps, step) = match step < to_left {
+                true => (left, to_left, step),
+                false => (right, steps - to_left, step - to_left),
             };
         }
-        (self.lights[at.from] as usize, mass)
+        (self.lights[at.from] as usize, steps as f64 / STEPS)
     }
 
     /// The probability of a light as seen from `x`; 0 past the end.
     #[inline]
     pub fn mass(&self, x: Vec3, light: usize) -> f64 {
-        let Some(&place) = self.places.get(light) else { return 0.0 };
-        let (mut at, mut mass) = (self.root(), 1.0);
+        self.steps(x, light).map_or(0.0, |[_, steps]| steps as f64 / STEPS)
+    }
+
+    /// The variates `[start, end)` at which a light is chosen as seen from `x`, in multiples of 2^-53; `None` past the end.
+    pub fn interval(&self, x: Vec3, light: usize) -> Option<(f64, f64)> {
+        self.steps(x, light).map(|[start, steps]| (start as f64 / STEPS, (start + steps) as f64 / STEPS))
+    }
+
+    /// The first step of a light, and how many it has.
+    #[inline]
+    fn steps(&self, x: Vec3, light: usize) -> Option<[u64; 2]> {
+        let place = *self.places.get(light)? as usize;
+        let (mut at, mut start, mut steps) = (self.root(), 0, STEPS as u64);
         while let Some([left, right]) = at.halves() {
-            let p = self.to_left(x, left, right);
-            (at, mass) = match (place as usize) < left.to {
-                true => (left, mass * p),
-                false => (right, mass * (1.0 - p)),
+            let to_left = self.steps_to_left(x, left, right, steps);
+            (at, start, steps) = match place < left.to {
+                true => (left, start, to_left),
+                false => (right, start + to_left, steps - to_left),
             };
         }
-        mass
+        Some([start, steps])
+    }
+
+    /// How many of a node's steps the left child has.
+    #[inline]
+    fn steps_to_left(&self, x: Vec3, left: Branch, right: Branch, steps: u64) -> u64 {
+        let share = (self.to_left(x, left, right) * steps as f64) as u64;
+        share.clamp(left.lights(), steps - right.lights())
     }
 
     /// Number of lights.
@@ -221,7 +247,27 @@ mod tests {
         assert_eq!(tree.mass(Vec3::ZERO, 1), LEAST);
         assert_eq!(tree.choose(Vec3::ZERO, 1.0 - f64::EPSILON), (1, LEAST));
         let wrong = LightTree::new([(at(0.0), 1.0), (at(1.0), 0.0)]).unwrap_err();
-        assert!(matches!(wrong, Error::Weight { index: 1, .. }));
+        assert_eq!(wrong, Error::Power { index: 1, value: 0.0 });
+        assert_eq!(wrong.to_string(), "light 1 has the power 0.0; powers must be finite and above 0");
         assert!(LightTree::new([]).is_err());
+    }
+
+    /// Three levels of 2^-30 are less than a step: a step it is, and the intervals lie side by side.
+    #[test]
+    fn every_light_has_a_step() {
+        let at = |x: f32| [Vec3::new(x, 0.0, 0.0), Vec3::new(x, 1.0, 0.0), Vec3::new(x, 0.0, 1.0)];
+        let power = |i: i32| 10.0_f64.powi(-20 * i);
+        let tree = LightTree::new((0..16).map(|i| (at(4.0 * i as f32), power(i)))).unwrap();
+        let mut end = 0.0;
+        for light in 0..16 {
+            let (start, next) = tree.interval(Vec3::ZERO, light).unwrap();
+            assert_eq!(start, end, "{light}");
+            for xi in [start, next - 1.0 / STEPS] {
+                assert_eq!(tree.choose(Vec3::ZERO, xi), (light, next - start), "{light}, {xi}");
+            }
+            end = next;
+        }
+        assert_eq!((end, tree.mass(Vec3::ZERO, 15)), (1.0, 1.0 / STEPS));
+        assert_eq!(tree.interval(Vec3::ZERO, 16), None);
     }
 }

@@ -333,6 +333,14 @@ pub enum Error {
         /// What it is.
         value: f64,
     },
+    /// The power of a light is 0, negative, NaN or infinite.
+    #[error("light {index} has the power {value:?}; powers must be finite and above 0")]
+    Power {
+        /// Which light.
+        index: usize,
+        /// What it is.
+        value: f64,
+    },
     /// All weights are 0.
     #[error("all {count} weights are 0")]
     AllZero {

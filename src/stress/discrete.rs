@@ -68,7 +68,7 @@ fn light_trees() -> Vec<Row> {
     let refused = |input: &str, power: f64| {
         let ask = move |trial: &mut Trial| {
             let tree = LightTree::new([(at(0.0, 1.0), 1.0), (at(1.0, 1.0), power)]);
-            trial.refused(tree, |e| matches!(e, Error::Weight { index: 1, .. }));
+            trial.refused(tree, |e| matches!(e, Error::Power { index: 1, .. }));
         };
         let input = format!("light tree: {input}");
         HERE.row(Kind::Refusal, input, "names index 1", (0.0, Unit::Absolute), ask)

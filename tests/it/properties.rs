@@ -410,13 +410,20 @@ proptest! {
             Ok(tree) => tree,
             Err(error) => {
                 let first = lights.iter().position(|l| l.1 == 0.0);
-                prop_assert_eq!(Some(error), first.map(|index| Error::Weight { index, value: 0.0 }));
+                prop_assert_eq!(Some(error), first.map(|index| Error::Power { index, value: 0.0 }));
                 return Ok(());
             }
         };
         let masses: Vec<f64> = (0..lights.len()).map(|light| tree.mass(x, light)).collect();
         prop_assert!(masses.iter().all(|&mass| mass > 0.0 && mass <= 1.0), "{masses:?}");
         prop_assert!((masses.iter().sum::<f64>() - 1.0).abs() < 1e-13, "{masses:?}");
+        for (light, &mass) in masses.iter().enumerate() {
+            // From the first variate to the last of 53 bits.
+            let (start, end) = tree.interval(x, light).unwrap();
+            for xi in [start, end - 0.5 * f64::EPSILON] {
+                prop_assert_eq!(tree.choose(x, xi), (light, mass));
+            }
+        }
         for xi in xi {
             let (light, mass) = tree.choose(x, xi);
             prop_assert_eq!(mass, masses[light]);
