@@ -1,6 +1,6 @@
 //! Selection by weights. The oracle is w / sum w, with a compensated sum of weights that were divided by the largest.
 
-use super::{CORNERS, Component, Kind, Reach, Row, Trial, Unit, missed_by_24_bits};
+use super::{BITS, CORNERS, Component, Kind, Reach, Relative, Row, Trial, Unit, ends_of_cells, variates_in};
 use crate::domain::Discrete;
 use crate::random::ONE_MINUS_EPSILON_F64;
 use crate::sampler::{DiscreteAlias, DiscreteCdf, DiscreteGuide, Error, LightTree, Sampler};
@@ -27,21 +27,21 @@ pub(super) fn rows() -> Vec<Row> {
     rows
 }
 
-/// Lights by power over squared distance: from anywhere the masses sum to 1, none is 0, and what is chosen has the mass that is asked.
+/// Lights by power over squared distance: from anywhere the masses sum to 1, each light is drawn, and what is drawn has the mass that is asked.
 fn light_trees() -> Vec<Row> {
     let from = |input: &str, lights: fn() -> Vec<([Vec3; 3], f64)>, places: &'static [Vec3]| {
         let ask = move |trial: &mut Trial| {
             let lights = lights();
-            let (count, mut missed) = (lights.len(), 0);
+            let count = lights.len();
             let Some(tree) = trial.accepted(LightTree::new(lights)) else { return };
+            let mut reach = Reach::default();
             for &x in places {
-                let mut sum = CompensatedSum::new();
-                for light in 0..count {
-                    let mass = tree.mass(x, light);
-                    missed += u64::from(!(mass > 0.0));
-                    sum.add(mass);
-                }
-                trial.compare(sum.value(), 1.0, || format!("sum of the masses from {x}"));
+                let masses = (0..count).map(|light| tree.mass(x, light));
+                trial.compare(masses.collect::<CompensatedSum>().value(), 1.0, || {
+                    format!("sum of the masses from {x}")
+                });
+                let interval = |light| tree.interval(x, light);
+                reach_of_lights(trial, &mut reach, count, |xi| tree.choose(x, xi), interval);
                 for xi in CORNERS.into_iter().chain(super::lattice(512).map(|[xi, _]| xi)) {
                     let (light, mass) = tree.choose(x, xi);
                     trial.must(light < count && mass == tree.mass(x, light), || {
@@ -49,9 +49,9 @@ fn light_trees() -> Vec<Row> {
                     });
                 }
             }
-            trial.reach(Reach { of: (count * places.len()) as u64, missed, missed_by_24_bits: None });
+            trial.reach(reach);
         };
-        let should = "masses sum to 1, none is 0";
+        let should = "masses sum to 1, each is drawn";
         HERE.row(Kind::Value, format!("light tree: {input}"), should, (1e-13, Unit::Absolute), ask)
     };
     const EVERYWHERE: [Vec3; 6] = [
@@ -71,7 +71,7 @@ fn light_trees() -> Vec<Row> {
             trial.refused(tree, |e| matches!(e, Error::Power { index: 1, .. }));
         };
         let input = format!("light tree: {input}");
-        HERE.row(Kind::Refusal, input, "names index 1", (0.0, Unit::Absolute), ask)
+        HERE.row(Kind::Refusal, input, "names light 1", (0.0, Unit::Absolute), ask)
     };
     vec![
         from("one light", || vec![(at(0.0, 1.0), 5e-324)], &EVERYWHERE),
@@ -91,6 +91,23 @@ fn light_trees() -> Vec<Row> {
         refused("a power of NaN", f64::NAN),
         refused("an infinite power", f64::INFINITY),
     ]
+}
+
+/// Which of so many lights are drawn from inside their intervals.
+fn reach_of_lights(
+    trial: &mut Trial,
+    reach: &mut Reach,
+    count: usize,
+    choose: impl Fn(f64) -> (usize, f64),
+    interval: impl Fn(usize) -> Option<(f64, f64)>,
+) {
+    for light in 0..count {
+        let Some(interval) = interval(light) else {
+            return trial.must(false, || format!("light {light} has no interval"));
+        };
+        let drawn = BITS.map(|bits| variates_in(interval, bits).any(|xi| choose(xi).0 == light));
+        reach.count(drawn, interval.1 - interval.0);
+    }
 }
 
 /// The rows of tables of weights, asked of the sampler that `make` makes of weights. `allowed` says how far a mass may be from w / sum w, from the
@@ -167,6 +184,7 @@ where
 fn table(trial: &mut Trial, weights: &[f64], sampler: &impl Sampler<Domain = Discrete>, in_order: bool) {
     let largest = weights.iter().copied().fold(0.0, f64::max);
     let total: CompensatedSum = weights.iter().map(|w| w / largest).collect();
+    let share_of = |weight: f64| weight / largest / total.value();
     let plain = weights.iter().fold(0.0_f32, |sum, &w| sum + w as f32);
     let off = f64::from(plain) / largest / total.value() - 1.0;
     if off.abs() > 1e-3 {
@@ -183,35 +201,63 @@ fn table(trial: &mut Trial, weights: &[f64], sampler: &impl Sampler<Domain = Dis
     for xi in CORNERS {
         draw(trial, xi);
     }
-    // Each cell of an alias table has two entries, one at either end.
-    let mut drawn = vec![false; weights.len()];
-    let ends = |i: usize| [i as f64, ((i + 1) as f64).next_down()].map(|x| x / weights.len() as f64);
-    for xi in (0..weights.len()).filter(|_| !in_order).flat_map(ends) {
-        if let Some(drawn) = draw(trial, xi.min(ONE_MINUS_EPSILON_F64)).and_then(|i| drawn.get_mut(i)) {
-            *drawn = true;
-        }
-    }
-    let (mut missed, mut missed_24) = (0, (0, 0.0));
-    let mut start = CompensatedSum::new();
-    for (i, w) in weights.iter().enumerate() {
-        let mass = sampler.density(&i);
-        trial.compare(mass, w / largest / total.value(), || format!("entry {i}"));
-        let before = start.value();
-        start.add(mass);
-        if *w > 0.0 {
-            let end = start.value();
-            // At its start, in its middle or where the sampler itself says: an entry that none of them draws is lost.
-            let own = sampler.invert(&i).map(|xi| xi[0]);
-            let places = [Some(before), Some(0.5 * (before + end)), own];
-            let places = places.into_iter().flatten().map(|xi| xi.min(ONE_MINUS_EPSILON_F64));
-            missed += u64::from(!drawn[i] && !places.into_iter().any(|xi| draw(trial, xi) == Some(i)));
-            if missed_by_24_bits((before, end)) {
-                missed_24 = (missed_24.0 + 1, missed_24.1 + mass);
+    let mut found = if in_order { Vec::new() } else { vec![[false; 2]; weights.len()] };
+    for (k, &bits) in BITS.iter().enumerate().filter(|_| !in_order) {
+        for xi in ends_of_cells(weights.len(), bits).flatten() {
+            if let Some(found) = draw(trial, xi).and_then(|i| found.get_mut(i)) {
+                found[k] = true;
             }
         }
     }
-    let of = weights.iter().filter(|&&w| w > 0.0).count() as u64;
-    trial.reach(Reach { of, missed, missed_by_24_bits: in_order.then_some(missed_24) });
+    let positive = weights.iter().filter(|&&w| w > 0.0).count();
+    let mut relative = Relative { share: positive as f64 * STEP, ..Relative::default() };
+    let (mut reach, mut elsewhere) = (Reach::default(), false);
+    let mut start = CompensatedSum::new();
+    for (i, &weight) in weights.iter().enumerate() {
+        let mass = sampler.density(&i);
+        let truth = share_of(weight);
+        trial.compare(mass, truth, || format!("entry {i}"));
+        let before = start.value();
+        start.add(mass);
+        if weight > 0.0 {
+            relative.count(mass, truth);
+            let drawn = if in_order {
+                let interval = (before, start.value());
+                let mut by =
+                    BITS.map(|bits| variates_in(interval, bits).any(|xi| draw(trial, xi) == Some(i)));
+                if !by[0] {
+                    // What is not in order knows best.
+                    let own = sampler.invert(&i).map(|xi| xi[0].min(ONE_MINUS_EPSILON_F64));
+                    by[0] = own.is_some_and(|xi| draw(trial, xi) == Some(i));
+                    elsewhere |= by[0];
+                }
+                by
+            } else {
+                found[i]
+            };
+            reach.count(drawn, mass);
+        }
+    }
+    if elsewhere {
+        reach.missed_by_24_bits = None;
+    }
+    trial.note(relative.to_string());
+    trial.relative(relative);
+    trial.reach(reach);
+}
+
+impl Relative {
+    fn count(&mut self, mass: f64, truth: f64) {
+        let error = Unit::Relative.error(mass, truth);
+        let (count, worst) = if truth >= self.share {
+            (&mut self.heavy, &mut self.worst)
+        } else {
+            self.of_one_step += u64::from(mass == STEP);
+            (&mut self.light, &mut self.worst_of_light)
+        };
+        *count += 1;
+        *worst = worst.max(error);
+    }
 }
 
 /// Weights that make no table.
@@ -237,4 +283,54 @@ fn refusals<S: 'static>(make: fn(&[f64]) -> Result<S, Error>) -> Vec<Row> {
             *e == Error::Weight { index: 2, value: f64::INFINITY }
         }),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lost_light_is_counted() {
+        let at = |x: f32| [Vec3::new(x, 0.0, 0.0), Vec3::new(x, 1.0, 0.0), Vec3::new(x, 0.0, 1.0)];
+        let tree = LightTree::new((0..9).map(|i| (at(i as f32), 10.0_f64.powi(-3 * i)))).unwrap();
+        for (lost, missed) in [(9, 0), (0, 1), (5, 1)] {
+            let choose = |xi| Some(tree.choose(Vec3::ZERO, xi)).filter(|c| c.0 != lost).unwrap_or((1, 0.5));
+            let mut reach = Reach::default();
+            reach_of_lights(&mut Trial::new(), &mut reach, 9, choose, |light| {
+                tree.interval(Vec3::ZERO, light)
+            });
+            assert_eq!((reach.of, reach.missed), (9, missed), "{lost}");
+            // 1e-9 of the power at eight times the distance is less than 2^-24.
+            assert!(reach.missed_by_24_bits.is_some_and(|(by_24, _)| by_24 > 4), "{lost}: {reach:?}");
+        }
+    }
+
+    /// By brute force: nine cells of 2^4 variates.
+    #[test]
+    fn ends_of_cells_are_the_first_and_last_of_each() {
+        for cells in [1, 3, 9, 16, 40] {
+            let of = |k: u32| (k as usize * cells) >> 4;
+            let ends: Vec<[f64; 2]> = ends_of_cells(cells, 4).collect();
+            let mut by_hand: Vec<[f64; 2]> = Vec::new();
+            for k in 0..16 {
+                let xi = f64::from(k) / 16.0;
+                match by_hand.last_mut() {
+                    Some(last) if k > 0 && of(k) == of(k - 1) => last[1] = xi,
+                    _ => by_hand.push([xi, xi]),
+                }
+            }
+            assert_eq!(ends, by_hand, "{cells}");
+        }
+    }
+
+    #[test]
+    fn variates_lie_inside() {
+        let all = |interval, bits| variates_in(interval, bits).collect::<Vec<_>>();
+        assert_eq!(all((0.25, 1.0), 2), [0.25, 0.5, 0.75]);
+        assert_eq!(all((0.3, 0.5), 2), [0.0; 0]);
+        assert_eq!(all((0.3, 0.51), 2), [0.5; 3]);
+        assert_eq!(all((0.5, 0.5), 53), [0.0; 0]);
+        assert_eq!(all((1.0 - STEP, 1.0), 53), [1.0 - STEP; 3]);
+        assert_eq!(all((f64::NAN, f64::NAN), 53), [0.0; 0]);
+    }
 }

@@ -166,16 +166,62 @@ fn ulp_f32(x: f64) -> f64 {
     f64::from(x.next_up()) - f64::from(x)
 }
 
-/// What of a component no variate reaches: entries with a weight, texels with light, variates whose points fall together.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What of a component no variate reaches: entries with a weight, lights, texels with light, variates whose points fall together. Each is looked for by
+/// draws from inside the interval of variates that is said to be its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reach {
     /// How many there are.
     pub of: u64,
     /// How many variates of 53 bits miss. None should be.
     pub missed: u64,
-    /// How many variates of 24 bits miss (one `f32`), and the share of the mass that these have. It is the variate that lacks the bits, not
-    /// the component, so this is for information.
+    /// How many variates of 24 bits miss (one `f32`), and the share of the mass that these have; `None` where that is no question. It is the
+    /// variate that lacks the bits, not the component, so this is for information.
     pub missed_by_24_bits: Option<(u64, f64)>,
+}
+
+impl Reach {
+    /// One more, of this mass; whether variates of 53 and of 24 bits draw it.
+    fn count(&mut self, drawn: [bool; 2], mass: f64) {
+        let [by_53, by_24] = drawn;
+        self.of += 1;
+        self.missed += u64::from(!by_53);
+        let (missed, share) = self.missed_by_24_bits.unwrap_or_default();
+        self.missed_by_24_bits = Some(if by_24 { (missed, share) } else { (missed + 1, share + mass) });
+    }
+}
+
+/// How far masses are off in parts of the true ones. A table in whole steps of 2^-53 has few digits where the mass is a few steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Relative {
+    /// The share from which on an entry counts as heavy: N steps of 2^-53, for N entries of positive weight.
+    pub share: f64,
+    /// How many are heavy.
+    pub heavy: u64,
+    /// The worst error of these.
+    pub worst: f64,
+    /// How many are lighter.
+    pub light: u64,
+    /// How many of the light ones have one step, the least that a table gives.
+    pub of_one_step: u64,
+    /// The worst error of the light ones.
+    pub worst_of_light: f64,
+}
+
+impl fmt::Display for Relative {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.worst {
+            0.0 => write!(f, "rel 0"),
+            worst => write!(f, "rel {worst:.1e}"),
+        }?;
+        if self.light > 0 {
+            write!(
+                f,
+                " down to shares of {:.1e}; of {} lighter {} have one step, rel {:.1e}",
+                self.share, self.light, self.of_one_step, self.worst_of_light
+            )?;
+        }
+        Ok(())
+    }
 }
 
 /// One line of the table.
@@ -213,7 +259,7 @@ impl Row {
             let words = words.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no reason given");
             trial.wrong(format!("panicked: {words}"));
         }
-        let Trial { worst, reach, notes, mut wrong, unsaid, asked, .. } = trial;
+        let Trial { worst, reach, relative, notes, mut wrong, unsaid, asked, .. } = trial;
         if let Some((error, place)) = worst.as_ref().filter(|(error, _)| !(*error <= self.allowed)) {
             wrong.insert(0, format!("error {error:.3e} {} at {place}", self.unit.name()));
         }
@@ -227,7 +273,7 @@ impl Row {
             wrong.push(format!("and {unsaid} more"));
         }
         let worst = worst.map(|(error, _)| error);
-        Outcome { happened: notes.join("; "), worst, reach, wrong, time: start.elapsed() }
+        Outcome { happened: notes.join("; "), worst, relative, reach, wrong, time: start.elapsed() }
     }
 }
 
@@ -244,6 +290,8 @@ pub struct Outcome {
     pub happened: String,
     /// The worst error, in the row's unit; `None` where nothing has a true value.
     pub worst: Option<f64>,
+    /// Errors of masses in parts of the true ones; `None` but for tables of weights.
+    pub relative: Option<Relative>,
     /// What no variate reaches; `None` where that is no question.
     pub reach: Option<Reach>,
     /// What is not as it should be; empty if all is.
@@ -264,6 +312,7 @@ pub struct Trial {
     unit: Unit,
     worst: Option<(f64, String)>,
     reach: Option<Reach>,
+    relative: Option<Relative>,
     notes: Vec<String>,
     wrong: Vec<String>,
     unsaid: u64,
@@ -276,7 +325,16 @@ impl Trial {
 
     fn new() -> Self {
         let (notes, wrong) = (Vec::new(), Vec::new());
-        Self { unit: Unit::Absolute, worst: None, reach: None, notes, wrong, unsaid: 0, asked: 0 }
+        Self {
+            unit: Unit::Absolute,
+            worst: None,
+            reach: None,
+            relative: None,
+            notes,
+            wrong,
+            unsaid: 0,
+            asked: 0,
+        }
     }
 
     /// A value and what it should be; `place` says where, should it be the worst.
@@ -317,6 +375,12 @@ impl Trial {
     pub fn reach(&mut self, reach: Reach) {
         self.asked += 1;
         self.reach = Some(reach);
+    }
+
+    /// Errors of masses in parts of the true ones.
+    pub fn relative(&mut self, relative: Relative) {
+        self.asked += 1;
+        self.relative = Some(relative);
     }
 
     /// What happened, in words.
@@ -391,8 +455,27 @@ fn mean(terms: impl Iterator<Item = f64>) -> f64 {
     sum.value() / count as f64
 }
 
-/// Whether no multiple of 2^-24 lies in an interval [start, end) that is not empty.
-fn missed_by_24_bits((start, end): (f64, f64)) -> bool {
-    const STEPS: f64 = 16_777_216.0;
-    end > start && !((start * STEPS).ceil() < end * STEPS)
+/// How fine the variates are whose reach is asked.
+const BITS: [u32; 2] = [53, 24];
+
+/// Of the variates of so many bits in `[start, end)` the first, one in the middle and the last; none if it has none.
+fn variates_in((start, end): (f64, f64), bits: u32) -> impl Iterator<Item = f64> + Clone {
+    let steps = (1_u64 << bits) as f64;
+    let (first, last) = ((start * steps).ceil(), (end * steps).ceil().min(steps) - 1.0);
+    let middle = first + (0.5 * (last - first)).floor();
+    let some = if first <= last { 3 } else { 0 };
+    [first, middle, last].into_iter().take(some).map(move |step| step / steps)
+}
+
+/// The first and the last variate of so many bits in each of so many cells of equal width, where they have any. A cell of an alias table has two entries, one at
+/// either end: nothing else is in it.
+fn ends_of_cells(cells: usize, bits: u32) -> impl Iterator<Item = [f64; 2]> {
+    let (cells, steps) = (cells as u64, 1_u64 << bits);
+    // ceil(cell 2^bits / cells), in pieces that fit.
+    let start = move |cell: u64| cell * (steps / cells) + (cell * (steps % cells)).div_ceil(cells);
+    let mut next = 0;
+    (1..=cells).filter_map(move |cell| {
+        let first = std::mem::replace(&mut next, start(cell));
+        (first < next).then(|| [first, next - 1].map(|step| step as f64 / steps as f64))
+    })
 }

@@ -54,7 +54,7 @@ fn nothing_seen() -> Vec<Row> {
         dark("x in its plane, inside it", v(0.25, 0.25, 0.0), UNIT, Sides::Both),
         dark("x at a vertex", Vec3::X, UNIT, Sides::Both),
         dark("x 1e-30 behind a one-sided light", v(0.25, 0.25, -1e-30), UNIT, Sides::Front),
-        HERE.row(Kind::Limit, "x = y", "no view", (0.0, Unit::Absolute), |trial| {
+        HERE.row(Kind::Limit, "x = y", "None: there is no direction", (0.0, Unit::Absolute), |trial| {
             for y in [Vec3::ZERO, v(1e38, -1e-38, 3.0), Vec3::splat(f32::MIN_POSITIVE)] {
                 let view = View::new(y, y, Vec3::Z);
                 trial.must(view.is_none(), || format!("at {y}: {view:?}"));
@@ -227,7 +227,13 @@ fn by_solid_angle() -> Vec<Row> {
             let made = SphericalTriangle::new(x, triangle);
             trial.must(made.is_none(), || format!("{made:?}"));
         };
-        HERE.row(Kind::Limit, format!("by solid angle: {input}"), "none", (0.0, Unit::Absolute), ask)
+        HERE.row(
+            Kind::Limit,
+            format!("by solid angle: {input}"),
+            "None: there is no solid angle",
+            (0.0, Unit::Absolute),
+            ask,
+        )
     };
     let far = |z: f32| UNIT.map(|v| v + Vec3::new(0.1, 0.2, z));
     vec![

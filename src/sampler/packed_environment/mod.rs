@@ -349,6 +349,15 @@ impl PackedEnvironment {
         }
     }
 
+    /// The variates at which a texel is drawn, `[start, end)` for each of the two; empty for the second where the texel is black. `None` with an alias
+    /// table, where they lie in pieces.
+    pub fn variates(&self, column: usize, row: usize) -> Option<[(f64, f64); 2]> {
+        match &self.tables {
+            Tables::Guide(rows) => Some(rows.variates(column, row)),
+            Tables::Alias(_) => None,
+        }
+    }
+
     /// What turns a texel's probability into a density per solid angle.
     #[inline]
     fn per_solid_angle(&self, row: usize, sine: f64) -> f64 {

@@ -161,6 +161,13 @@ impl Rows {
         (f64::from(before) + 1.0, f64::from(self.lasts[at]) - f64::from(before))
     }
 
+    /// The variates of row and column at which a texel is drawn.
+    pub(super) fn variates(&self, column: usize, row: usize) -> [(f64, f64); 2] {
+        let (start, width) = self.interval(row, column);
+        let down = (self.marginal.cumulative(row), self.marginal.cumulative(row + 1));
+        [down, (start / STEPS, (start + width) / STEPS)]
+    }
+
     pub(super) fn mass(&self, column: usize, row: usize) -> f64 {
         self.marginal.mass(row) * (self.interval(row, column).1 * (1.0 / STEPS))
     }
