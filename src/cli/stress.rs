@@ -18,6 +18,9 @@ pub struct Arguments {
     /// Leave out the rows that take long or much memory
     #[arg(long)]
     quick: bool,
+    /// A line for each row, however many there are
+    #[arg(long)]
+    long: bool,
     /// Also write everything that was found as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -27,6 +30,9 @@ pub struct Arguments {
     #[arg(long)]
     list: bool,
 }
+
+/// Rows up to which each has a line; of more, those of a component share one, so that all fits a screen.
+const SHORT: usize = 24;
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     onto(arguments, None)
@@ -57,7 +63,10 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
     bar.finish_and_clear();
     let stopped = done.len() < total;
 
-    print(&report::stress_table(&done, common::style()))?;
+    print(&match arguments.long || total <= SHORT {
+        true => report::stress_table(&done, common::style()),
+        false => report::stress_table_by_component(&done, common::style()),
+    })?;
     if stopped {
         print(&format!("stopped: {} of {total} rows were run\n", done.len()))?;
     }

@@ -68,8 +68,8 @@ pub use plan::plan_table;
 pub use plan::plan_to_json;
 #[cfg(feature = "pictures")]
 pub use residuals::{overview_sheet, residual_planes, residual_sheet};
-#[cfg(feature = "render")]
-pub use stress::stress_table;
 #[cfg(all(feature = "render", feature = "json"))]
 pub use stress::stress_to_json;
+#[cfg(feature = "render")]
+pub use stress::{stress_table, stress_table_by_component};
 pub use table::{Style, table, table_by_family};

@@ -2,8 +2,8 @@
 
 use glam::{Vec2, Vec3};
 use warpcheck::domain::Discrete;
-use warpcheck::report::stress_table;
-use warpcheck::sampler::{DiscreteCdf, Sampler, TriangleWarp, from_fn};
+use warpcheck::report::{stress_table, stress_table_by_component};
+use warpcheck::sampler::{DiscreteCdf, DiscreteTable, Form, Sampler, TriangleWarp, from_fn};
 use warpcheck::stress::{self, Component, Kind, Outcome, Row, Trial, Unit};
 
 #[track_caller]
@@ -12,6 +12,9 @@ fn all_are_right(wanted: impl Fn(&Row) -> bool) {
     assert!(!done.is_empty());
     let table = stress_table(&done, Default::default());
     println!("{table}");
+    // Under the rows the words that explain them may be wider.
+    let rows = table.split("\npass: ").next().unwrap_or_default();
+    assert!(rows.lines().all(|line| line.chars().count() <= 160), "{table}");
     assert!(done.iter().all(|(_, outcome)| outcome.is_ok()), "{table}");
 }
 
@@ -46,7 +49,7 @@ fn mixture() {
 }
 
 #[test]
-#[ignore = "takes a minute and 2 GB"]
+#[ignore = "takes minutes and 2 GB"]
 fn heavy_rows() {
     all_are_right(|row| row.heavy);
 }
@@ -95,6 +98,69 @@ fn wrong_tables_fail() {
     let lower_bound = |sum, wanted| sum < wanted;
     let first = failing(stress::discrete_rows(plain_cdf!(f64, lower_bound), allowed));
     assert!(first.iter().any(|failed| failed == "zeros first"), "{first:?}");
+}
+
+/// A table that never draws one of its entries, whatever mass it gives it.
+fn losing(weights: &[f64]) -> Result<impl Sampler<Domain = Discrete> + use<>, String> {
+    let table = DiscreteCdf::new(weights).map_err(|error| error.to_string())?;
+    let positive = |w: &f64| *w > 0.0;
+    let (kept, lost) =
+        (weights.iter().position(positive).unwrap(), weights.iter().rposition(positive).unwrap());
+    let (draws, entries) = (table.clone(), table.len());
+    let draw = move |xi: f64| Some(draws.choose(xi).index).filter(|&i| i != lost).unwrap_or(kept);
+    Ok(from_fn(Discrete::new(entries), draw, move |i: usize| table.mass(i)))
+}
+
+#[test]
+fn a_lost_entry_is_counted() {
+    let rows = stress::discrete_rows(losing, allowed).into_iter().filter(|row| !row.heavy);
+    for (row, outcome) in stress::run(rows, |_| true) {
+        let reach = outcome.reach.unwrap();
+        // Who has one entry can't lose it.
+        let lost = u64::from(reach.of > 1);
+        assert_eq!(reach.missed, lost, "{}: {outcome:?}", row.input);
+        assert_eq!(outcome.is_ok(), lost == 0, "{}: {outcome:?}", row.input);
+        assert!(reach.missed_by_24_bits.unwrap().0 >= lost, "{}: {outcome:?}", row.input);
+    }
+}
+
+/// What variates of 24 bits miss, against all 2^24 of them.
+#[test]
+fn what_24_bits_miss_is_what_none_of_them_draws() {
+    // As the row has them.
+    let weights: Vec<f64> =
+        (0..=600).map(|i| 10.0_f64.powf(f64::from(i * 233 % 601) / 10.0 - 30.0)).collect();
+    for (form, prefix) in [(Form::Cdf, ""), (Form::Guide, "guide table: "), (Form::Alias, "alias table: ")] {
+        let input = format!("{prefix}areas from 1e-30 to 1e30");
+        let row = stress::rows().into_iter().find(|row| row.input == input).unwrap();
+        let (missed, share) = row.run().reach.unwrap().missed_by_24_bits.unwrap();
+        let table = DiscreteTable::new(&weights, form).unwrap();
+        let mut drawn = vec![false; weights.len()];
+        let mut indices = [0; 1 << 12];
+        for first in (0..1_u64 << 24).step_by(indices.len()) {
+            let bits: Vec<u64> = (first..first + indices.len() as u64).map(|k| k << 40).collect();
+            table.indices(&bits, &mut indices);
+            indices.iter().for_each(|&i| drawn[i as usize] = true);
+        }
+        let lost: Vec<usize> = (0..weights.len()).filter(|&i| !drawn[i]).collect();
+        assert_eq!(missed, lost.len() as u64, "{form:?}");
+        assert!(missed > 100, "{form:?}: {missed}");
+        let mass: f64 = lost.iter().map(|&i| table.mass(i)).sum();
+        assert!((share - mass).abs() <= 1e-9 * mass, "{form:?}: {share:e} {mass:e}");
+    }
+}
+
+/// Entries of a step are far off in parts of what they weigh, and counted.
+#[test]
+fn light_entries_are_told_in_parts_of_what_they_weigh() {
+    let rows = stress::discrete_rows(|weights: &[f64]| DiscreteCdf::new(weights), allowed);
+    let row = rows.into_iter().find(|row| row.input == "areas from 1e-30 to 1e30").unwrap();
+    let outcome = row.run();
+    let relative = outcome.relative.unwrap();
+    assert_eq!((relative.heavy + relative.light, relative.share), (601, 601.0 * 2.0_f64.powi(-53)));
+    assert!(relative.worst < 0.01 && relative.worst_of_light > 1e40, "{relative:?}");
+    assert!(relative.of_one_step > 400 && relative.of_one_step <= relative.light, "{relative:?}");
+    assert!(outcome.happened.contains(&format!("{} have one step", relative.of_one_step)), "{outcome:?}");
 }
 
 #[test]
@@ -171,8 +237,44 @@ fn a_panic_is_a_failed_row() {
     };
     let done = stress::run([row(), row()], |_| true);
     assert!(done[1].1.wrong[0].starts_with("panicked: index out of bounds"), "{:?}", done[1].1);
-    let table = stress_table(&done, Default::default());
-    assert!(table.contains("fail: 0 of 2 rows"), "{table}");
+    for table in
+        [stress_table(&done, Default::default()), stress_table_by_component(&done, Default::default())]
+    {
+        assert!(table.contains("fail: 0 of 2 rows"), "{table}");
+        assert_eq!(table.matches("fail: lobes: a trap\n  should: survive\n").count(), 2, "{table}");
+    }
+}
+
+/// A line a component: the row that is nearest to what is allowed, what is lost in all of them; what is wrong in full.
+#[test]
+fn one_line_for_a_component() {
+    let row = |input: &str, found: f64, missed: u64| {
+        Component::Discrete.row(
+            Kind::Value,
+            input,
+            "be 1",
+            (0.5, Unit::Relative),
+            move |trial: &mut Trial| {
+                trial.compare(found, 1.0, || "here");
+                trial.reach(stress::Reach { of: 9, missed, missed_by_24_bits: Some((4, 0.25)) });
+                trial.note("it was asked");
+            },
+        )
+    };
+    let rows = vec![row("near", 1.0, 0), row("nearer", 1.25, 0), row("also", 1.125, 0)];
+    let table = stress_table_by_component(&stress::run(rows, |_| true), Default::default());
+    let line: Vec<&str> = table.lines().nth(1).unwrap().split_whitespace().collect();
+    assert_eq!(line[..9], ["ok", "discrete", "3", "of", "3", "0.25", "0.5", "rel", "0"], "{table}");
+    assert_eq!((line[9], line[11]), ("12", "nearer"), "{table}");
+    assert!(!table.contains("it was asked"), "{table}");
+
+    let rows = vec![row("near", 1.0, 2), row("nearer", 1.25, 0), row("far", 3.0, 0)];
+    let table = stress_table_by_component(&stress::run(rows, |_| true), Default::default());
+    let line: Vec<&str> = table.lines().nth(1).unwrap().split_whitespace().collect();
+    assert_eq!(line[..9], ["FAIL", "discrete", "1", "of", "3", "2", "0.5", "rel", "2"], "{table}");
+    let lost = "fail: discrete: near\n  should: be 1\n  error: 0 rel; allowed: 0.5\n  lost: 2 of 9, 4 with 24 bits\n";
+    assert!(table.contains(lost) && table.contains("fail: discrete: far\n"), "{table}");
+    assert!(table.contains("  error 2.000e0 rel at here: 3e0, truth 1e0\n"), "{table}");
 }
 
 #[test]

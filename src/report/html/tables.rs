@@ -150,9 +150,10 @@ impl Page {
                 Column::numbers("error"),
                 Column::numbers("allowed"),
                 Column::words("in"),
-                Column::numbers("lost")
-                    .about("entries, texels or variates that no variate of 53 bits reaches"),
-                Column::numbers("at 24 bits").about("those that a single f32 does not reach"),
+                Column::numbers("lost/53b").about(
+                    "entries, lights, texels or variates that no variate of 53 bits reaches or tells apart",
+                ),
+                Column::numbers("lost/24b").about("those that none of 24 bits, a single f32, does"),
                 Column::words("what happened"),
             ],
             rows: rows.collect(),
