@@ -51,7 +51,7 @@ pub fn stress_table(done: &[(Row, Outcome)], style: Style) -> String {
             let fits = 4 + 2 + input + 2 + should + 2 + beside.trim_end().chars().count() <= WIDTH;
             let beside = if fits { beside.trim_end() } else { figures.trim_end() };
             let _ = writeln!(out, "{}", format!("{line}  {beside}").trim_end());
-            if !fits {
+            if !fits && !happened.is_empty() {
                 wrapped(&mut out, &happened);
             }
         }
@@ -95,7 +95,7 @@ pub fn stress_table_by_component(done: &[(Row, Outcome)], style: Style) -> Strin
             mark(right == mine.len(), style),
             component.name(),
             format!("{right} of {}", mine.len()),
-            figures(nearest, together(mine.iter().filter_map(|(_, outcome)| outcome.reach))),
+            figures(nearest, mine.iter().filter_map(|(_, outcome)| outcome.reach).reduce(Reach::and)),
             nearest.map_or("", |(row, _)| &row.input),
         );
     }
@@ -116,18 +116,6 @@ fn figures(of: Option<(&Row, &Outcome)>, reach: Option<Reach>) -> String {
     let by_24 = reach.and_then(|reach| reach.missed_by_24_bits);
     let by_24 = by_24.map_or(String::new(), |(missed, _)| missed.to_string());
     format!("{error:>8} {allowed:>8} {unit:5}  {lost:>8} {by_24:>8}")
-}
-
-/// What several rows lose, added up; none if none of them can.
-fn together(reaches: impl Iterator<Item = Reach>) -> Option<Reach> {
-    reaches.reduce(|a, b| Reach {
-        of: a.of + b.of,
-        missed: a.missed + b.missed,
-        missed_by_24_bits: match (a.missed_by_24_bits, b.missed_by_24_bits) {
-            (Some(a), Some(b)) => Some((a.0 + b.0, a.1 + b.1)),
-            (one, other) => one.or(other),
-        },
-    })
 }
 
 /// What is not as it should be, in full; the sum of it all; what the columns mean.

@@ -246,7 +246,7 @@ impl Judge<'_> {
     }
 }
 
-/// Densities against the oracle's, samples in texels with light, every lit texel reachable. Returns what was judged.
+/// Densities against the oracle's, samples in texels with light, every lit texel reachable.
 fn judge(trial: &mut Trial, map: &Map, tables: Tables, rows: RowWarp) {
     judge_but(trial, map, tables, rows, &|_, _| false);
 }

@@ -180,6 +180,15 @@ pub struct Reach {
 }
 
 impl Reach {
+    /// What both lose, added up; variates of 24 bits count where they are asked of either.
+    pub fn and(self, other: Self) -> Self {
+        let missed_by_24_bits = match (self.missed_by_24_bits, other.missed_by_24_bits) {
+            (Some(a), Some(b)) => Some((a.0 + b.0, a.1 + b.1)),
+            (one, another) => one.or(another),
+        };
+        Self { of: self.of + other.of, missed: self.missed + other.missed, missed_by_24_bits }
+    }
+
     /// One more, of this mass; whether variates of 53 and of 24 bits draw it.
     fn count(&mut self, drawn: [bool; 2], mass: f64) {
         let [by_53, by_24] = drawn;
@@ -371,10 +380,10 @@ impl Trial {
         result.map_err(|error| self.wrong(format!("was refused: {error}"))).ok()
     }
 
-    /// What no variate reaches.
+    /// What no variate reaches; of several answers all, added up.
     pub fn reach(&mut self, reach: Reach) {
         self.asked += 1;
-        self.reach = Some(reach);
+        self.reach = Some(self.reach.map_or(reach, |before| before.and(reach)));
     }
 
     /// Errors of masses in parts of the true ones.
