@@ -652,11 +652,13 @@ pub(super) fn constant(ratio: f64, tolerance: f64, patches: usize) -> Option<Str
     if patches > 1 && near(1.0 / patches as f64) {
         return Some("1 / the number of patches".to_owned());
     }
-    // (n + 2) / (n + 1), as far as whole numbers can be told apart.
+    None
+}
+
+/// The exponent n of a lobe whose density is (n + 2) / (n + 1) times what it should be, as far as whole numbers can be told apart.
+pub(super) fn exponent(ratio: f64, tolerance: f64) -> Option<f64> {
     let (inverse, n) = (1.0 / (ratio - 1.0), (1.0 / (ratio - 1.0)).round() - 1.0);
     let told_apart = inverse * inverse * tolerance < 0.4;
-    if n >= 1.0 && told_apart && near((n + 2.0) / (n + 1.0)) {
-        return Some(format!("(n + 2) / (n + 1), n = {n}"));
-    }
-    None
+    let near = (ratio / ((n + 2.0) / (n + 1.0)) - 1.0).abs() < tolerance;
+    (n >= 1.0 && told_apart && near).then_some(n)
 }

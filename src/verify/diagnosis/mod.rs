@@ -266,22 +266,32 @@ fn constant(case: &Case<'_>, counts: &Counts, shape: &[f64]) -> Option<Diagnosis
     }
     let gain = 0.5 * (counts.g_claimed() - counts.g(shape));
     let known = hypotheses::constant(ratio, tolerance, case.probe.space().patches());
+    // A name for what any constant may be chance for; only lobes have exponents.
+    let directions = matches!(case.probe.space().name(), "hemisphere" | "sphere");
+    let exponent = hypotheses::exponent(ratio, tolerance).filter(|_| directions);
     let figures = format!("its integral is {:.6} where {should:.6} of the samples are drawn", total.value);
-    let (name, text) = match known {
-        Some(known) => (
+    let (name, text) = match (known, exponent) {
+        (Some(known), _) => (
             format!("constant {known}"),
             format!(
                 "the shape of the density is right, but it is {known} times what it should be; {figures}"
             ),
         ),
-        None if ratio < 1.0 && counts.rejected < 0.5 * counts.all * counts.rejected_claimed => (
+        (None, Some(n)) => (
+            format!("constant (n + 2) / (n + 1), n = {n}"),
+            format!(
+                "the shape of the density is right, but it is {ratio:.6} times what it should be: (n + 2) / (n + 1) if this is a lobe of exponent n = {n}, or another \
+                 constant; {figures}"
+            ),
+        ),
+        (None, None) if ratio < 1.0 && counts.rejected < 0.5 * counts.all * counts.rejected_claimed => (
             "rejected samples drawn again".to_owned(),
             format!(
                 "samples that the density leaves to rejection are drawn again, while the density is not raised by {:.6} = 1 / (1 - rejected), or it is too small by that constant; {figures}",
                 1.0 / ratio
             ),
         ),
-        None => (
+        (None, None) => (
             "constant".to_owned(),
             format!(
                 "the shape of the density is right, but its normalisation is off by {:+.4}%; {figures}",
