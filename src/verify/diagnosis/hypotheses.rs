@@ -55,6 +55,10 @@ impl Collector<'_> {
     }
 
     fn push(&mut self, name: String, text: String, chart_density: &ChartDensity<'_>) {
+        // What is left out then is asked by nobody.
+        if self.case.settings.stopped() {
+            return;
+        }
         let leaves = self.nodes.masses(chart_density);
         self.push_leaves(name, text, 0, &leaves, true);
     }

@@ -163,6 +163,9 @@ fn by_counts(case: &Case<'_>) -> Option<Diagnosis> {
     let (g_shape, ln_n) = (counts.g(&shape), counts.drawn.ln());
     let shape_fits = counts.accepts(&shape, 0);
     let hypotheses = hypotheses::all(case, &nodes, &counts);
+    if case.settings.stopped() {
+        return None;
+    }
     let tried = hypotheses.len() + 1;
     let mut fits: Vec<Fit> = hypotheses
         .into_iter()
