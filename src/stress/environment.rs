@@ -307,7 +307,8 @@ fn maps() -> Vec<Row> {
             Map::ragged(width, height)
         }));
     }
-    let large = all("8192x4096", should, ragged(1e-2), || Map::ragged(8192, 4096));
+    // An alias table deals 2^53 steps to all texels: here the darkest at a pole has 4e-7 of the mean texel's mass, about 115 steps, and may be half of one off.
+    let large = all("8192x4096", should, [fine, 1e-2, 5e-3], || Map::ragged(8192, 4096));
     rows.extend(large.into_iter().map(Row::heavy));
     rows.extend(all("rows 0, 1, 6 and 11 black", should, [fine; 3], || {
         Map::new(
