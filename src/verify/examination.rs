@@ -235,12 +235,8 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
                 *findings = check.run(&case);
                 settled &= findings.iter().filter(|finding| condemned(finding)).count() >= suspected;
             }
-            if bets.is_some() {
-                // The e-value depends on the counts alone, not on when they were looked at.
-                bets = Bets::new(&expectation);
-                bets.iter_mut().for_each(|bets| {
-                    bets.look(&tally);
-                });
+            if let Some(before) = &bets {
+                bets = before.again(&expectation, &tally);
                 settled &= bets.as_ref().is_some_and(|bets| condemned(&bets.finding(&tally)));
             }
             if settled {

@@ -45,6 +45,14 @@ impl Bets {
         looks_at_something.then_some(Self { scales, largest: (0.0, 0.0), looks: 0 })
     }
 
+    /// The same bets where the masses are known otherwise: the e-value depends on the counts alone, not on when they were looked at.
+    pub fn again(&self, expectation: &Expectation, tally: &Tally) -> Option<Self> {
+        let mut again = Self::new(expectation)?;
+        again.look(tally);
+        again.looks = self.looks;
+        Some(again)
+    }
+
     /// Takes in what was drawn so far, and returns the conservative logarithm of the largest e-value.
     pub fn look(&mut self, tally: &Tally) -> f64 {
         self.looks += 1;
