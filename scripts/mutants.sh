@@ -13,7 +13,7 @@ for folder in "${folders[@]}"; do
     case $folder in
     statistics) tests=(statistics::) ;;
     sampler) tests=(by_hand:: properties:: environment:: oracles:: broken::) ;;
-    verify) tests=(checks:: broken:: metamorphic:: two_samples::) ;;
+    verify) unit+=(verify::) tests=(by_hand::verify:: checks:: broken:: metamorphic:: two_samples::) ;;
     *) echo "no folder $folder: statistics, sampler or verify" >&2; exit 2 ;;
     esac
     # Without the doctests, which cost a link each. Exit code 2 means that some mutants survived: the other folders are still to be done.

@@ -638,3 +638,288 @@ fn take_given_masses(
     }
     contradiction
 }
+
+#[cfg(test)]
+pub(super) mod told {
+    use super::Resolved;
+
+    /// What is resolved of a leaf, of which only sums are asked.
+    pub fn resolved(expected: f64, powers: [f64; 2]) -> Resolved {
+        let shares = [1.0 / Resolved::SQUARES as f32; Resolved::SQUARES];
+        let (low, size, squares) = ([0.0; 2], [1.0; 2], [4, 4]);
+        Resolved { low, size, squares, shares, scale: 1.0, expected, largest: 1.0, powers }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::{Discrete, Interval, Knots, Square, WithAtoms};
+    use crate::sampler::from_fn;
+    use crate::verify::probe::{Extras, Subject};
+    use glam::DVec2;
+
+    #[track_caller]
+    fn all_near(found: &[f64], expected: &[f64]) {
+        let same =
+            found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9);
+        assert!(same, "{found:?}, not {expected:?}");
+    }
+
+    fn place(x: f64, y: f64) -> Location {
+        Location { patch: 0, at: [x, y] }
+    }
+
+    /// Four leaves, quarters along the first axis; 4 pilots in each, an 8th of the leaf from its ends.
+    fn quarters(space: &dyn Space) -> Partition {
+        let of = |leaf: usize| {
+            [0.125, 0.375, 0.625, 0.875]
+                .map(|x| place((leaf as f64 + x) / 4.0, if space.axes() > 1 { 0.45 + 0.1 * x } else { 0.0 }))
+        };
+        let knots = Knots { axes: [vec![0.25, 0.5, 0.75], vec![]] };
+        Partition::from_pilots(space, (0..4).flat_map(of).collect(), &knots, 4)
+    }
+
+    #[test]
+    fn what_pilots_show_of_a_leaf() {
+        let line = Interval::new(0.0, 8.0);
+        let partition = quarters(&line);
+        assert_eq!(partition.leaves().len(), 4);
+        let weights = [1.0, 2.0, 3.0, 4.0];
+        let part = Resolved::new(&line, &partition, 1, &weights).unwrap();
+        // The harmonic mean of the densities 1, 1/2, 1/3 and 1/4 is 4/10; the box is 3/16 of 8.
+        all_near(&[part.scale, part.expected, part.largest], &[0.4, 0.4 * 1.5, 1.6]);
+        all_near(&part.powers, &[0.16 * 30.0, 0.064 * 100.0]);
+        assert_eq!((part.squares(), part.squares), (16, [16, 1]));
+        all_near(&part.shares.map(f64::from), &[1.0 / 16.0; 16]);
+        let (low, size) = (0.25 + 0.125 / 4.0, 0.75 / 4.0);
+        let square = |x: f64| part.square(&[x, 0.0]);
+        assert_eq!(
+            (square(low), square(low + size), square(low + 0.999 * size), square(low + size / 16.0 * 3.5)),
+            (Some(0), Some(15), Some(15), Some(3))
+        );
+        assert_eq!((square(low - 1e-9), square(low + size + 1e-9)), (None, None));
+        // A factor of 4 is one magnitude, more is not; nor are fewer than four pilots, no density, or one that is infinite.
+        let of = |weights: &[f64]| Resolved::new(&line, &partition, 1, weights).is_some();
+        assert!(
+            of(&[1.0, 1.0, 1.0, 4.0])
+                && !of(&[1.0, 1.0, 1.0, 4.01])
+                && of(&[2.0; 4])
+                && !of(&[2.0; 3])
+                && of(&[2.0; 5])
+        );
+        assert!(!of(&[0.0; 4]) && !of(&[f64::INFINITY; 4]));
+        // Of a square four by four, unless it is a part that the pilots span: here along a diagonal.
+        let partition = quarters(&Square);
+        let part = Resolved::new(&Square, &partition, 2, &[2.0; 4]).unwrap();
+        all_near(&[part.scale, part.expected, part.largest], &[0.5, 0.5 * (0.75 / 4.0) * 0.075, 1.0]);
+        assert_eq!((part.squares, part.squares()), ([4, 4], 16));
+        let (low, size) = ([0.5 + 0.125 / 4.0, 0.4625], [0.75 / 4.0, 0.075]);
+        let square = |a: f64, b: f64| part.square(&[low[0] + a * size[0], low[1] + b * size[1]]);
+        assert_eq!(
+            (square(0.1, 0.3), square(0.6, 0.1), square(0.9, 0.9), square(0.3, 0.8)),
+            (Some(1), Some(8), Some(15), Some(7))
+        );
+        assert_eq!(
+            (square(0.5, -0.01), square(0.5, 1.01), square(-0.01, 0.5), square(1.01, 0.5)),
+            (None, None, None, None)
+        );
+        all_near(&part.shares.map(f64::from), &[1.0 / 16.0; 16]);
+        // Shares are of the measure: on a hemisphere, rows of a chart in theta are unequal.
+        let partition = Partition::from_pilots(
+            &crate::domain::Hemisphere,
+            vec![place(0.25, 0.25), place(0.75, 0.75)],
+            &Knots::default(),
+            4,
+        );
+        let part = Resolved::new(&crate::domain::Hemisphere, &partition, 0, &[2.0; 4]).unwrap();
+        let sum: f32 = part.shares.iter().sum();
+        assert!(
+            (sum - 1.0).abs() < 1e-5 && part.shares[0] < part.shares[15] && part.shares[0] == part.shares[3]
+        );
+        // An entry is resolved by any number of its pilots.
+        let entries = Discrete::new(2);
+        let pilots = vec![Location { patch: 0, at: [0.0; 2] }, Location { patch: 1, at: [0.0; 2] }];
+        let partition = Partition::from_pilots(&entries, pilots, &Knots::default(), 1);
+        let part = Resolved::new(&entries, &partition, 1, &[4.0]).unwrap();
+        all_near(&[part.scale, part.expected, part.largest], &[0.25, 0.25, 1.0]);
+        assert_eq!((part.squares(), part.square(&[0.0; 2])), (1, Some(0)));
+    }
+
+    #[test]
+    fn samples_between_lines() {
+        let marginal = Marginal {
+            axis: 0,
+            lines: vec![0.1, 0.25, 0.4],
+            below: vec![],
+            // Leaves 0..0.25, 0.25..0.5, 0.5..1: lines that lie below all of it, and below some.
+            near: vec![(0, 2), (2, 3), (3, 3)],
+        };
+        assert_eq!([0, 1, 2].map(|leaf| marginal.cuts(leaf)), [true, true, false]);
+        assert_eq!([0.05, 0.1, 0.2, 0.25].map(|x| marginal.slab(0, x)), [0, 1, 1, 2]);
+        assert_eq!(([0.3, 0.4, 0.45].map(|x| marginal.slab(1, x)), marginal.slab(2, 0.01)), ([2, 3, 3], 3));
+        // Those of leaves that no line cuts are taken from the leaves.
+        assert_eq!(marginal.between(&[5, 6, 7, 8], &[100, 200, 300]), [5, 6, 7, 308]);
+        let both = [marginal, Marginal { near: vec![(0, 0), (0, 1), (1, 1)], ..Marginal::default() }];
+        let groups = |of_leaf: [Option<usize>; 3], cells: usize| Groups {
+            of_leaf: of_leaf.into(),
+            cells: vec![Cell { patches: 0..1, low: [0.0; 2], high: [1.0; 2] }; cells],
+        };
+        let scales =
+            [groups([Some(0), Some(0), None], 1), groups([Some(0), Some(1), None], 2), groups([None; 3], 0)];
+        let coarse = Coarse::new(&scales, &both, 3);
+        assert_eq!(coarse.cells, [[Some(0), Some(0)], [Some(0), Some(1)], [None, None]]);
+        assert_eq!(coarse.scales.len(), 2);
+        let notes = [0, 1, 2]
+            .map(|leaf| coarse.note(leaf))
+            .map(|note| (note.cell(), note.is_cut_by(0), note.is_cut_by(1)));
+        assert_eq!(notes, [(0, true, false), (1, true, true), (2, false, false)]);
+        let alike = Coarse::new(&scales[..1], &[], 3);
+        assert_eq!((alike.cells.as_slice(), alike.note(1).cell()), (&[[Some(0), None], [None, None]][..], 0));
+    }
+
+    #[test]
+    fn mass_below_a_line() {
+        let partition = quarters(&Interval::new(0.0, 1.0));
+        let integral = |value: f64, error: f64| Integral { value, error, ..Integral::default() };
+        let leaves = [integral(0.1, 0.001), integral(0.2, 0.002), integral(0.3, 0.004), integral(0.4, 0.008)];
+        let asked = std::cell::RefCell::new(Vec::new());
+        let below = |line: f64| {
+            let part = |leaf: usize, cell: &Cell| {
+                asked.borrow_mut().push((leaf, cell.low, cell.high));
+                integral(0.05, 0.016)
+            };
+            let found = mass_below(&partition, &leaves, 0, line, part);
+            (found.value, found.error)
+        };
+        let near = |(a, b): (f64, f64), c: f64, d: f64| all_near(&[a, b], &[c, d]);
+        near(below(0.5), 0.3, 0.003);
+        near(below(0.0), 0.0, 0.0);
+        near(below(1.0), 1.0, 0.015);
+        assert!(asked.borrow().is_empty());
+        near(below(0.6), 0.35, 0.019);
+        assert_eq!(*asked.borrow(), [(2, [0.5, 0.0], [0.6, 1.0])]);
+    }
+
+    #[test]
+    fn lines_lie_at_quantiles_of_pilots() {
+        let extras = Extras::default();
+        let square =
+            |knots: Knots| from_fn(Square, |xi: [f64; 2]| DVec2::from(xi), |_: DVec2| 1.0).with_knots(knots);
+        let plain = square(Knots::default());
+        let pilots = |count: usize| {
+            (0..count)
+                .map(|i| place(i as f64 / count as f64, (i * 11 % count) as f64 / count as f64))
+                .collect::<Vec<_>>()
+        };
+        let few = lines(&Subject::new(&plain, &extras), &pilots(1279));
+        assert!(few.is_empty());
+        let all = lines(&Subject::new(&plain, &extras), &pilots(2100));
+        let expected: Vec<f64> = (1..=20).map(|i| f64::from(i) / 21.0).collect();
+        assert_eq!(all.len(), 2);
+        all_near(&all[0], &expected);
+        all_near(&all[1], &expected);
+        // Moved to the nearest knot, each once; a single one moves none.
+        let grid = lines(&Subject::new(&square(Knots::grid(4, 2)), &extras), &pilots(2100));
+        all_near(&grid[0], &[0.25, 0.5, 0.75]);
+        all_near(&grid[1], &expected);
+        // None at the ends.
+        let clamped: Vec<Location> = (0..2100)
+            .map(|i| {
+                place(
+                    if i < 300 {
+                        0.0
+                    } else if i < 2000 {
+                        i as f64 / 2100.0
+                    } else {
+                        1.0
+                    },
+                    0.5,
+                )
+            })
+            .collect();
+        let kept = lines(&Subject::new(&plain, &extras), &clamped);
+        assert!(kept[0].len() == 17 && kept[1] == [0.5], "{kept:?}");
+        let on_a_line = Extras::default();
+        // Not on an interval, nor where there are atoms, which lie on no side.
+        let interval = from_fn(Interval::new(0.0, 1.0), |u: f64| u, |_: f64| 1.0);
+        assert!(lines(&Subject::new(&interval, &on_a_line), &pilots(2100)).is_empty());
+        let atoms = from_fn(
+            WithAtoms::new(Square, 1),
+            |xi: [f64; 2]| crate::domain::Mixed::Continuous(DVec2::from(xi)),
+            |_: crate::domain::Mixed<DVec2>| 1.0,
+        );
+        let extras = Extras::default();
+        assert!(lines(&Subject::new(&atoms, &extras), &pilots(2100)).is_empty());
+        let mesh = |patches: usize| {
+            let domain = crate::domain::MeshSurface::from_areas(vec![1.0; patches]);
+            let point = move |xi: [f64; 2]| crate::domain::SurfacePoint {
+                triangle: 0,
+                barycentric: glam::DVec3::new(xi[0], 0.0, 1.0 - xi[0]),
+            };
+            let sampler = from_fn(domain, point, |_: crate::domain::SurfacePoint| 1.0);
+            let extras = Extras::default();
+            lines(&Subject::new(&sampler, &extras), &pilots(2100)).len()
+        };
+        assert_eq!((mesh(8), mesh(9)), (2, 0));
+    }
+
+    /// A density of 2 x, less a fifth that is rejected: integrals, masses of scales, and what is left to rejected samples.
+    #[test]
+    fn masses_of_an_interval() {
+        let sampler = from_fn(
+            Interval::new(0.0, 1.0),
+            |u: f64| (u < 0.8).then_some((u / 0.8).sqrt()),
+            |x: f64| 1.6 * x,
+        );
+        let extras = Extras::default();
+        let probe = Subject::new(&sampler, &extras);
+        let mut expectation = Expectation::new(&probe, 1, 100_000);
+        let leaves = expectation.partition.leaves().to_vec();
+        assert!(leaves.len() > 1024);
+        for (cell, leaf) in leaves.iter().zip(&expectation.leaves) {
+            assert!(
+                (leaf.value - 0.8 * (cell.high[0].powi(2) - cell.low[0].powi(2))).abs() <= leaf.error + 1e-12
+            );
+        }
+        all_near(&[expectation.total.value, expectation.rejected().value], &[0.8, 0.2]);
+        assert_eq!(expectation.rejected().error, expectation.total.error + 1e-6);
+        // 16 cells, 48, 192 and 1024 at least, and no finer ones of 100 samples.
+        assert_eq!(expectation.scales.len(), 4);
+        for (scale, target) in expectation.scales.iter().zip([16, 48, 192, 1024]) {
+            let (masses, pool) = expectation.masses_at(scale);
+            let sum: f64 = masses.iter().map(|m| m.value).sum();
+            assert!(masses.len() > target / 2 && masses.len() < 2 * target);
+            let (least, most) =
+                masses.iter().fold((1.0_f64, 0.0_f64), |(a, b), m| (a.min(m.value), b.max(m.value)));
+            // Leaves are not cut, however heavy.
+            let most_of_all = if target == 1024 { 2.0 } else { 1.0 } / target as f64;
+            assert!(most <= most_of_all && least >= 8e-5, "{least} {most} {target}");
+            all_near(&[sum + pool.value], &[0.8]);
+        }
+        let errors = expectation.errors();
+        let before: Vec<f64> = expectation.leaves.iter().map(|l| l.error).collect();
+        expectation.doubt(&probe, 1, 64);
+        assert!(
+            expectation.leaves.iter().zip(&before).all(|(l, b)| l.error > *b)
+                && expectation.total.error > errors.total
+        );
+        // Three standard errors of a leaf by so many points, and what the two are apart.
+        let at = |leaf: usize| at_random(&probe, 1, 64, &expectation.partition, leaf, &leaves[leaf]);
+        let (mut value, mut variance) = (0.0, 0.0);
+        for (i, leaf) in expectation.leaves.iter().enumerate() {
+            let (mass, error) = at(i);
+            all_near(&[leaf.error], &[((leaf.value - mass).abs() + 3.0 * error).max(before[i])]);
+            (value, variance) = (value + mass, variance + error * error);
+        }
+        all_near(
+            &[expectation.total.error],
+            &[((0.8 - value).abs() + 3.0 * variance.sqrt()).max(errors.total)],
+        );
+        expectation.reset(&errors);
+        assert!(
+            expectation.leaves.iter().zip(&before).all(|(l, b)| l.error == *b)
+                && expectation.total.error == errors.total
+        );
+    }
+}

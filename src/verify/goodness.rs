@@ -325,3 +325,114 @@ pub(super) fn exact(what: &str, count: Count, samples: u64) -> Finding {
     );
     Finding::new(CHECK, Evidence::Chance { p, conservative }, detail).part(what)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn near(found: f64, expected: f64) {
+        assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{found}, not {expected}");
+    }
+
+    fn p_values(finding: &Finding) -> (f64, f64) {
+        finding.evidence.p_values().unwrap()
+    }
+
+    #[test]
+    fn deviances() {
+        near(deviance(12.0, 10.0), 2.0 * (12.0 * 1.2_f64.ln() - 2.0));
+        near(deviance(8.0, 10.0), 2.0 * (8.0 * 0.8_f64.ln() + 2.0));
+        assert_eq!((deviance(0.0, 10.0), deviance(10.0, 10.0)), (20.0, 0.0));
+    }
+
+    #[test]
+    fn surprises_beyond_what_an_error_explains() {
+        let of = |observed: u64, error: f64| surprise(&Count { observed, mass: 0.25, error }, 400.0);
+        near(of(130, 0.0), 0.5 * (deviance(130.0, 100.0) + deviance(270.0, 300.0)));
+        near(of(80, 0.0), 0.5 * (deviance(80.0, 100.0) + deviance(320.0, 300.0)));
+        // An error of 5% of all is 20 samples either way.
+        near(of(130, 0.05), 0.5 * (deviance(130.0, 120.0) + deviance(270.0, 280.0)));
+        near(of(70, 0.05), 0.5 * (deviance(70.0, 80.0) + deviance(330.0, 320.0)));
+        assert_eq!((of(100, 0.0), of(119, 0.05), of(81, 0.05)), (0.0, 0.0, 0.0));
+        // Errors beyond the mass leave nothing below 0.
+        assert_eq!(of(0, 0.3), 0.0);
+        near(
+            surprise(&Count { observed: 3, mass: 0.0, error: 0.0 }, 400.0),
+            0.5 * (deviance(3.0, 1e-300) + deviance(397.0, 400.0)),
+        );
+        near(surprise(&Count { observed: 0, mass: -0.5, error: 0.5 + 1e-3 }, 1e3) + 1.0, 1.0);
+        near(
+            surprise(&Count { observed: 399, mass: 1.0, error: 0.0 }, 400.0),
+            0.5 * (deviance(399.0, 400.0) + deviance(1.0, 1e-300)),
+        );
+    }
+
+    /// Of a mass that lies in an interval the nearest end is tested, which is the likeliest.
+    #[test]
+    fn exact_tests_of_masses_in_intervals() {
+        let check = |(observed, mass, error): (u64, f64, f64), plain: f64, conservative: f64| {
+            let found = p_values(&exact("", Count { observed, mass, error }, 1000));
+            near(found.0, plain);
+            near(found.1, conservative);
+        };
+        let two = |observed: u64, mass: f64| binomial::two_sided(observed, 1000, mass).unwrap();
+        check((130, 0.1, 0.0), two(130, 0.1), two(130, 0.1));
+        check((130, 0.1, 0.01), two(130, 0.1), two(130, 0.11));
+        check((70, 0.1, 0.01), two(70, 0.1), two(70, 0.09));
+        check((105, 0.1, 0.01), two(105, 0.1), 1.0);
+        // A narrow interval is conclusive: 1e-4 is, a little more is not.
+        check((130, 0.1, 1e-4), two(130, 0.1001), two(130, 0.1001));
+        check((130, 0.1, 1.001e-4), two(130, 0.1), two(130, 0.100_100_1));
+        // No mass is below 0 or above 1.
+        check((0, 0.0, 0.1), 1.0, 1.0);
+        check((999, 1.05, 0.01), 0.0, 0.0);
+        let told = exact("some", Count { observed: 130, mass: 0.1, error: 0.01 }, 1000);
+        let detail = "130 samples where 100.000 +- 1.0e1 were expected (exact binomial)";
+        assert_eq!((told.check, told.part.as_str(), told.detail.as_str()), ("chi-square", "some", detail));
+    }
+
+    /// Errors of masses are taken off the statistic; where they alone may make it large, only a failure beyond them counts.
+    #[test]
+    fn statistics_less_what_errors_explain() {
+        let count = |observed: u64, error: f64| Count { observed, mass: 0.25, error };
+        let counts = |off: u64, error: f64| {
+            vec![count(250 + off, error), count(250 - off, error), count(250, 0.0), count(250, 0.0)]
+        };
+        let tail = |x: f64| chi_square::sf(x, 3.0).unwrap();
+        let sure = pearson(&counts(30, 0.0), 1000.0);
+        assert_eq!(
+            (sure.part.as_str(), sure.detail.as_str()),
+            ("4 cells", "X^2 = 7.2 at 3 degrees of freedom")
+        );
+        near(p_values(&sure).0, tail(7.2));
+        near(p_values(&sure).1, tail(7.2));
+        // n error^2 / mass of two cells.
+        let slack = 2.0 * 1000.0 * 0.01_f64.powi(2) / 0.25;
+        let (p, conservative) = p_values(&pearson(&counts(30, 0.01), 1000.0));
+        near(p, tail(7.2));
+        near(conservative, tail((7.2_f64.sqrt() - slack.sqrt()).powi(2)));
+        assert_eq!(p_values(&pearson(&counts(5, 0.01), 1000.0)).1, 1.0);
+        // Their spread is sqrt 6: a slack of 2.4 is below it, one of 2.5 is not.
+        let error = |slack: f64| (slack * 0.25 / 2000.0).sqrt();
+        assert!(pearson(&counts(30, error(2.4)), 1000.0).evidence.p_values().is_some());
+        let doubtful = pearson(&counts(30, error(2.5)), 1000.0);
+        assert_eq!(doubtful.evidence, Evidence::Certain(Verdict::Inconclusive));
+        let detail = "X^2 = 7.2 at 3 degrees of freedom, but errors of the expected counts alone may make it 2.5; if the density jumps, say along which lines (knots)";
+        assert_eq!(doubtful.detail, detail);
+        // (2 off^2 / 250): beyond all doubt at a tail of a millionth, at 30.66.
+        let edge = (30.665_f64.sqrt() + 2.5_f64.sqrt()).powi(2);
+        let off = |statistic: f64| (statistic * 125.0).sqrt();
+        let wrong = pearson(&counts(off(edge).ceil() as u64, error(2.5)), 1000.0);
+        let statistic = 2.0 * off(edge).ceil().powi(2) / 250.0;
+        near(p_values(&wrong).0, tail(statistic));
+        near(p_values(&wrong).1, tail((statistic.sqrt() - 2.5_f64.sqrt()).powi(2)));
+        assert!(p_values(&wrong).1 < 1e-6 && wrong.detail.contains("may make it 2.5"));
+        let unsure = pearson(&counts(off(edge).floor() as u64, error(2.5)), 1000.0);
+        assert_eq!(unsure.evidence, Evidence::Certain(Verdict::Inconclusive));
+        let g = likelihood_ratio(&counts(30, 0.0), 1000.0);
+        let expected = deviance(280.0, 250.0) + deviance(220.0, 250.0);
+        assert_eq!(g.part, "4 cells, G");
+        near(p_values(&g).0, tail(expected));
+    }
+}

@@ -416,3 +416,186 @@ fn newton(probe: &dyn Probe, target: &[f64], start: &[f64]) -> Newton {
     }
     Newton::Lost
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::{Interval, Square};
+    use crate::sampler::{Sampler, from_fn};
+    use crate::verify::probe::{Extras, Subject};
+    use glam::DVec2;
+
+    #[track_caller]
+    fn near(found: f64, expected: f64, off: f64) {
+        assert!((found - expected).abs() <= off, "{found}, not {expected}");
+    }
+
+    fn line(
+        sample: impl Fn(f64) -> f64 + Sync,
+        density: impl Fn(f64) -> f64 + Sync,
+    ) -> impl Sampler<Domain = Interval> {
+        from_fn(Interval::new(0.0, 1.0), move |u: f64| sample(u), move |x: f64| density(x))
+    }
+
+    fn square(sample: impl Fn(f64, f64) -> [f64; 2] + Sync) -> impl Sampler<Domain = Square> {
+        from_fn(Square, move |[u, v]: [f64; 2]| DVec2::from(sample(u, v)), |_: DVec2| 1.0)
+    }
+
+    /// u^2 (3 - 2 u) of which the derivative is 6 u (1 - u), and a twist.
+    fn twisted(u: f64, v: f64) -> [f64; 2] {
+        [0.5 * (u * u + v), 0.25 + 0.5 * u * v]
+    }
+
+    #[test]
+    fn stencils() {
+        let all = stencil(&[0.25, 0.5, 0.75], 1..3, |x| [x - 0.125, x + 0.125]);
+        let expected = [
+            [0.25, 0.5, 0.75],
+            [0.25, 0.375, 0.75],
+            [0.25, 0.625, 0.75],
+            [0.25, 0.5, 0.625],
+            [0.25, 0.5, 0.875],
+        ];
+        assert_eq!(all, expected.concat());
+    }
+
+    #[test]
+    fn differences_of_fourth_order() {
+        let extras = Extras::default();
+        // Of fourth powers they are exact.
+        let power = line(|u| 0.5 * u.powi(4), |_| 1.0);
+        let probe = Subject::new(&power, &extras);
+        let found = Difference::new(&probe, &[0.5], 0, 1, 0.125).unwrap();
+        near(found.determinant(), 0.25, 1e-15);
+        assert_eq!((found.bend, found.axes, found.step), (0.0, 1, 0.125));
+        // A last place of 1e-7 in a difference over a step.
+        near(found.rounding(1e-7), 1e-7 / (0.125 * 0.25), 1e-18);
+        let extras = Extras::default();
+        let twist = square(twisted);
+        let probe = Subject::new(&twist, &extras);
+        let found = Difference::new(&probe, &[0.5, 0.25], 0, 2, 0.0625).unwrap();
+        // d (x, y) / d (u, v) = (u, 1/2; v/2, u/2).
+        for (column, expected) in found.columns.iter().zip([[0.5, 0.125], [0.5, 0.25]]) {
+            column.iter().zip(expected).for_each(|(a, b)| near(*a, b, 1e-14));
+        }
+        near(found.determinant(), 0.5 * 0.25 - 0.5 * 0.125, 1e-14);
+        let lengths = 0.5_f64.hypot(0.125) + 0.5_f64.hypot(0.25);
+        near(found.rounding(1e-7), 1e-7 * lengths / (0.0625 * 0.0625), 1e-18);
+        // Out of the domain there is none.
+        assert!(Difference::new(&probe, &[0.5, 0.25], 0, 2, 0.5).is_none());
+    }
+
+    #[test]
+    fn densities_that_bend() {
+        let extras = Extras::default();
+        let bend = |density: fn(f64) -> f64| {
+            let sampler = line(|u| u, density);
+            Difference::new(&Subject::new(&sampler, &extras), &[0.5], 0, 1, 0.125).unwrap().bend
+        };
+        assert_eq!((bend(|x| x), bend(|_| 3.0)), (0.0, 0.0));
+        // A parabola: (0.0625 over two steps, 0.015625 over one) twice, over 1/4.
+        near(bend(|x| x * x), 2.0 * 0.0625 / 0.25, 1e-12);
+        near(bend(|x| if x < 0.2 || x > 0.8 { 1.5 } else { 1.0 }), 0.0, 1e-12);
+        near(bend(|x| if x < 0.3 { 0.5 } else { 1.0 }), 0.5, 1e-12);
+        near(bend(|x| if x > 0.6 { 1.25 } else { 1.0 }), 0.25, 1e-12);
+        near(bend(|x| if (0.6..0.7).contains(&x) { 1.25 } else { 1.0 }), 0.25, 1e-12);
+        // Between the points, at 27%, 61% and 83% of the way to either side.
+        let between = |density: fn(f64) -> f64| {
+            let sampler = line(|u| u, density);
+            bend_between(&Subject::new(&sampler, &extras), &[0.5], 0, 1, 0.125).unwrap()
+        };
+        assert_eq!(between(|_| 2.0), 0.0);
+        near(between(|x| 1.0 + x), 0.0, 1e-12);
+        near(between(|x| if (0.57..0.58).contains(&x) { 5.0 } else { 2.0 }), 1.5, 1e-12);
+        near(between(|x| if (0.46..0.47).contains(&x) { 5.0 } else { 2.0 }), 1.5, 1e-12);
+        near(between(|x| if (0.6..0.61).contains(&x) { 1.0 } else { 2.0 }), 0.5, 1e-12);
+        near(between(|x| if x > 0.6 { 3.0 } else { 2.0 }), 0.5 * 0.61, 1e-12);
+    }
+
+    #[test]
+    fn determinants_settle() {
+        let extras = Extras::default();
+        let of = |sample: fn(f64) -> f64, xi: f64| {
+            let sampler = line(sample, |_| 1.0);
+            determinant(&Subject::new(&sampler, &extras), &[xi], 0)
+        };
+        for (sample, derivative) in [
+            (f64::sqrt as fn(f64) -> f64, 0.5 / 0.3_f64.sqrt()),
+            (|u| 1.0 - u * u, 0.6),
+            (|u| 0.5 + 0.4 * (3.0 * u).sin(), 1.2 * 0.9_f64.cos()),
+        ] {
+            let (value, error) = of(sample, 0.3).unwrap();
+            near(value, derivative, error * derivative);
+            assert!(error < 1e-4, "{error}");
+        }
+        // No slope at all, and steps that are all jumps, don't.
+        assert!(of(|_| 0.5, 0.3).is_none());
+        assert!(of(|u| (u * 64.0).floor() / 64.0, 0.3).is_none());
+        // Near an end there is room for shorter steps only.
+        let (value, error) = of(|u| u * u, 1.0 / 64.0).unwrap();
+        near(value, 1.0 / 32.0, error / 32.0);
+        // Behind one that selects.
+        let selecting = from_fn(
+            Interval::new(0.0, 1.0),
+            |[s, u]: [f64; 2]| if s < 0.5 { 0.5 * u } else { 0.5 + 0.5 * u * u },
+            |_: f64| 1.0,
+        );
+        let probe = Subject::new(&selecting, &extras);
+        near(determinant(&probe, &[0.25, 0.3], 1).unwrap().0, 0.5, 1e-5);
+        near(determinant(&probe, &[0.75, 0.3], 1).unwrap().0, 0.3, 1e-5);
+    }
+
+    #[test]
+    fn preimages_add_up() {
+        let extras = Extras::default();
+        let sampler = line(|u| u * u, |_| 1.0);
+        let probe = Subject::new(&sampler, &extras);
+        let at = |xi: f64, weight: f64| Preimage { xi: vec![xi], selecting: 0, weight };
+        // Slopes of 1/2 and 1: a density of 2 + 1, or of 1/2 + 3/4.
+        let product = |density: f64, preimages: &[Preimage]| match sum(&probe, density, preimages) {
+            Answer::Product { value, error } => (value, error),
+            _ => panic!("unsettled"),
+        };
+        near(product(3.0, &[at(0.25, 1.0), at(0.5, 1.0)]).0, 1.0, 1e-5);
+        near(product(1.25, &[at(0.25, 0.25), at(0.5, 0.75)]).0, 1.0, 1e-5);
+        let ([one, other], both) = (
+            [0.25, 0.5].map(|xi| determinant(&probe, &[xi], 0).unwrap().1),
+            product(1.0, &[at(0.25, 1.0), at(0.5, 1.0)]).1,
+        );
+        near(both, (2.0 * one + other) / 3.0, 1e-6 * both);
+        let flat = line(|u| if u < 0.4 { u } else { 0.4 }, |_| 1.0);
+        let probe = Subject::new(&flat, &extras);
+        assert!(matches!(sum(&probe, 1.0, &[at(0.25, 1.0), at(0.7, 1.0)]), Answer::Unsettled));
+    }
+
+    #[test]
+    fn newton_finds_what_leads_there() {
+        let extras = Extras::default();
+        let found = |probe: &dyn Probe, target: &[f64], start: &[f64]| match newton(probe, target, start) {
+            Newton::Found(xi) => Ok(xi),
+            Newton::Left => Err("left"),
+            Newton::Lost => Err("lost"),
+        };
+        let tent = line(|u| if u < 0.5 { 2.0 * u } else { 2.0 - 2.0 * u }, |_| 1.0);
+        let probe = Subject::new(&tent, &extras);
+        near(found(&probe, &[0.3], &[0.6]).unwrap()[0], 0.7, 2e-4);
+        near(found(&probe, &[0.3], &[0.95]).unwrap()[0], 0.7, 2e-4);
+        near(found(&probe, &[0.3], &[0.05]).unwrap()[0], 0.3, 2e-4);
+        let curved = line(|u| u * u, |_| 1.0);
+        let probe = Subject::new(&curved, &extras);
+        near(found(&probe, &[0.3], &[0.9]).unwrap()[0], 0.3, 1e-4);
+        // What lies past the end is left, what has no slope is lost.
+        let half = line(|u| if u < 0.5 { u } else { 0.25 * u + 0.1 }, |_| 1.0);
+        let probe = Subject::new(&half, &extras);
+        assert_eq!(found(&probe, &[0.45], &[0.8]), Err("left"));
+        let flat = line(|u| if u < 0.5 { u } else { 0.25 }, |_| 1.0);
+        let probe = Subject::new(&flat, &extras);
+        assert_eq!(found(&probe, &[0.1], &[0.8]), Err("lost"));
+        let extras = Extras::default();
+        let twist = square(twisted);
+        let probe = Subject::new(&twist, &extras);
+        let xi = found(&probe, &[0.7, 0.2], &[0.6, 0.35]).unwrap();
+        near(xi[0], 0.7, 2e-4);
+        near(xi[1], 0.2, 2e-4);
+    }
+}

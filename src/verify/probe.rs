@@ -396,3 +396,239 @@ impl<D: Domain> Probe for Subject<'_, D> {
         self.sampler.is_slow()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::{Discrete, Interval, Sphere, Square};
+    use crate::sampler::{DiscreteCdf, Sample, from_fn};
+    use glam::{DVec2, DVec3};
+
+    #[test]
+    fn every_so_many_are_asked() {
+        let asked = |ask: usize| (0..40).filter(|&i| is_asked(i, ask)).collect::<Vec<_>>();
+        assert_eq!(asked(1), (0..40).collect::<Vec<_>>());
+        assert_eq!((asked(16), asked(8)), (vec![0, 16, 32], vec![0, 8, 16, 24, 32]));
+        assert_eq!(
+            (each_pilot(4, 9), each_pilot(4, 2)),
+            (vec![0.125, 0.375, 0.625, 0.875], vec![0.125, 0.375])
+        );
+    }
+
+    /// Points up to 1/2 are rejected, beyond 7/8 outside of the domain.
+    fn told() -> impl Sampler<Domain = Interval> {
+        from_fn(
+            Interval::new(0.0, 4.0),
+            |u: f64| (u >= 0.5).then_some((if u > 0.875 { 5.0 } else { 4.0 * u }, 2.0)),
+            |x: f64| 3.0 * x,
+        )
+    }
+
+    #[test]
+    fn samples_that_are_drawn() {
+        let sampler = told();
+        let mut extras = Extras::default();
+        let probe = Subject::new(&sampler, &extras);
+        let (mut draws, mut values) = (Vec::new(), vec![1.0]);
+        probe.draw(&[0.5, 0.25, 0.75, 0.9], 1, &mut draws, &mut values);
+        let found: Vec<_> = draws.iter().map(|d| (d.fate, d.location.at[0], d.density, d.asked)).collect();
+        let nowhere = |fate| (fate, 0.0, 0.0, 0.0);
+        assert_eq!(
+            found,
+            [
+                (Fate::Drawn, 0.5, 2.0, 6.0),
+                nowhere(Fate::Rejected),
+                (Fate::Drawn, 0.75, 2.0, 9.0),
+                nowhere(Fate::Outside)
+            ]
+        );
+        assert!(values.is_empty());
+        probe.draw(&[0.5, 0.625, 0.75], 2, &mut draws, &mut values);
+        assert_eq!(draws.iter().map(|d| d.asked).collect::<Vec<_>>(), [6.0, 0.0, 9.0]);
+        let mut places = Vec::new();
+        probe.locate(&[0.5, 0.25, 0.75, 0.9], &mut places);
+        assert_eq!(places.iter().map(|l| l.at[0]).collect::<Vec<_>>(), [0.5, 0.75]);
+        // Functions over the density, 0 of what is rejected.
+        let known = |name: &str, factor: f64| Known {
+            name: name.to_owned(),
+            function: Box::new(move |x: &f64| factor * x),
+            integral: factor,
+        };
+        extras.known = vec![known("a", 1.0), known("b", 10.0)];
+        let probe = Subject::new(&sampler, &extras);
+        probe.draw(&[0.5, 0.25, 0.75, 0.9], 1, &mut draws, &mut values);
+        assert_eq!(values, [1.0, 10.0, 0.0, 0.0, 1.5, 15.0, 2.5, 25.0]);
+        assert_eq!(probe.known(), [("a", 1.0), ("b", 10.0)]);
+        assert_eq!(
+            (probe.left_over(&[0.5]), probe.pilots(), probe.load(3, 7), probe.rows_expected(9)),
+            (None, None, 7, 9)
+        );
+        assert!(probe.has_density() && probe.returns_density() && !probe.is_slow() && !probe.partial());
+    }
+
+    #[test]
+    fn one_sample_closely() {
+        let sampler = told();
+        let mut extras = Extras::default();
+        extras.target = Some(Box::new(|x: &f64| x + 1.0));
+        extras.rivals = vec![("mine".to_owned(), Box::new(|x: &f64| 7.0 * x))];
+        extras.importance = Some(Importance { function: Box::new(|x: &f64| 8.0 * x), spread: 0.25 });
+        let probe = Subject::new(&sampler, &extras);
+        let look = probe.look(&[0.75]).unwrap();
+        assert_eq!(
+            (look.point.as_str(), look.density, look.asked, look.location.unwrap().at[0]),
+            ("3.0", 2.0, 9.0, 0.75)
+        );
+        assert!(probe.look(&[0.25]).is_none() && probe.look(&[0.9]).unwrap().location.is_err());
+        assert_eq!(
+            (probe.density_at(0, [0.25, 0.0]), probe.target_at(0, [0.25, 0.0])),
+            ((3.0, 4.0), Some(2.0))
+        );
+        let (mut answers, place) = (vec![(1.0, 1.0)], |x: f64| Location { patch: 0, at: [x, 0.0] });
+        probe.densities_at(&[place(0.25), place(0.5)], &mut answers);
+        assert_eq!(answers, [(3.0, 4.0), (6.0, 4.0)]);
+        assert_eq!(
+            (probe.describe(0, [0.25, 0.0]).as_str(), probe.called(&[0.5]).as_str()),
+            ("1.0", "xi = [0.5]")
+        );
+        assert_eq!(probe.densities_around(&[0.5], 0.25), [3.0, 9.0]);
+        assert_eq!((probe.densities_around(&[0.25], 0.25), probe.magnitude(&[0.25])), (vec![], 0.0));
+        assert_eq!(probe.magnitude(&[0.5]), sampler.domain().magnitude(&2.0));
+        assert_eq!(probe.importance(&[0.5, 0.25, 0.75]), Some((vec![8.0, 12.0], 0.25)));
+        assert_eq!(probe.rivals_at(0, [0.5, 0.0]), [("mine".to_owned(), 14.0)]);
+        // By the measure: a quarter of the variates is 1 of 4.
+        assert_eq!(
+            probe.displacements(&[0.5], &[0.75, 0.5]),
+            Some(vec![([1.0, 0.0], 9.0), ([0.0, 0.0], 6.0)])
+        );
+        assert_eq!((probe.displacements(&[0.5], &[0.25]), probe.displacements(&[0.5], &[0.9])), (None, None));
+        assert_eq!(probe.densities_between(&[0.5], &[0.75], &[0.25, 0.5]), Some(vec![6.75, 7.5]));
+        assert_eq!(
+            (
+                probe.densities_between(&[0.5], &[0.25], &[0.5]),
+                probe.densities_between(&[0.5], &[0.9], &[0.5])
+            ),
+            (None, None)
+        );
+        let none = Extras::default();
+        let probe = Subject::new(&sampler, &none);
+        assert_eq!(
+            (probe.target_at(0, [0.5; 2]), probe.importance(&[0.5]), probe.rivals_at(0, [0.5; 2])),
+            (None, None, vec![])
+        );
+    }
+
+    /// Around the seam of a sphere the short way, and between patches no way.
+    #[test]
+    fn ways_between_two_samples() {
+        let at =
+            |theta: f64, phi: f64| DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+        let tau = std::f64::consts::TAU;
+        let sphere =
+            from_fn(Sphere, move |[u, v]: [f64; 2]| at(tau / 2.0 * u, tau * v), |w: DVec3| w.y.atan2(w.x));
+        let extras = Extras::default();
+        let probe = Subject::new(&sphere, &extras);
+        let near = |found: Option<Vec<f64>>, expected: [f64; 2]| {
+            let found = found.unwrap();
+            assert!(
+                found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9),
+                "{found:?}, not {expected:?}"
+            );
+        };
+        near(probe.densities_between(&[0.5, 0.125], &[0.5, 0.375], &[0.25, 0.5]), [0.1875 * tau, 0.25 * tau]);
+        near(
+            probe.densities_between(&[0.5, 0.9375], &[0.5, 0.0625], &[0.25, 0.75]),
+            [-0.03125 * tau, 0.03125 * tau],
+        );
+        near(
+            probe.densities_between(&[0.5, 0.0625], &[0.5, 0.9375], &[0.25, 0.75]),
+            [0.03125 * tau, -0.03125 * tau],
+        );
+        // Along theta there is no way round.
+        let square = from_fn(Square, |xi: [f64; 2]| DVec2::new(xi[0], xi[1]), |p: DVec2| p.x + 10.0 * p.y);
+        let extras = extras_of();
+        let probe = Subject::new(&square, &extras);
+        near(
+            probe.densities_between(&[0.125, 0.5], &[0.875, 0.25], &[0.25, 0.5]),
+            [0.3125 + 4.375, 0.5 + 3.75],
+        );
+        let table = DiscreteCdf::new(&[1.0; 4]).unwrap();
+        let none = none_of();
+        let probe = Subject::new(&table, &none);
+        assert_eq!(probe.densities_between(&[0.1], &[0.9], &[0.5]), None);
+        assert_eq!(probe.displacements(&[0.1], &[0.9]), None);
+    }
+
+    fn extras_of() -> Extras<'static, DVec2> {
+        Extras::default()
+    }
+
+    fn none_of() -> Extras<'static, usize> {
+        Extras::default()
+    }
+
+    #[test]
+    fn how_well_an_inverse_inverts() {
+        struct Odd(Vec<f64>);
+        impl Sampler for Odd {
+            type Domain = Square;
+            fn domain(&self) -> Square {
+                Square
+            }
+            fn dimensions(&self) -> usize {
+                2
+            }
+            fn sample(&self, xi: &[f64]) -> Option<Sample<DVec2>> {
+                (xi[0] < 0.9).then_some(Sample { point: DVec2::new(xi[0], xi[1]), density: 1.0 })
+            }
+            fn density(&self, _: &DVec2) -> f64 {
+                1.0
+            }
+            fn invert(&self, _: &DVec2) -> Option<Vec<f64>> {
+                Some(self.0.clone())
+            }
+        }
+        let trip = |inverse: &[f64]| {
+            let (sampler, extras) = (Odd(inverse.to_vec()), extras_of());
+            let trip = Subject::new(&sampler, &extras).round_trip(&[0.5, 0.25]).unwrap();
+            assert_eq!((trip.xi.as_slice(), trip.point.as_str()), (inverse, "DVec2(0.5, 0.25)"));
+            trip.distance
+        };
+        assert_eq!(
+            (trip(&[0.5, 0.25]), trip(&[0.75, 0.25]), trip(&[0.5, 0.0]), trip(&[0.8, 0.65])),
+            (0.0, 0.25, 0.25, 0.3_f64.hypot(0.4))
+        );
+        assert_eq!(
+            (trip(&[0.95, 0.25]), trip(&[0.5]), trip(&[0.5, 0.25, 0.5])),
+            (f64::INFINITY, f64::INFINITY, f64::INFINITY)
+        );
+        // Beyond the ends, the ends.
+        assert_eq!((trip(&[-1.0, 0.25]), trip(&[0.5, 1.25]) < 0.75), (0.5, true));
+        let (sampler, extras) = (Odd(vec![]), extras_of());
+        assert!(Subject::new(&sampler, &extras).round_trip(&[0.95, 0.5]).is_none());
+        let entries = |inverse: f64| {
+            struct Entries(f64);
+            impl Sampler for Entries {
+                type Domain = Discrete;
+                fn domain(&self) -> Discrete {
+                    Discrete::new(2)
+                }
+                fn dimensions(&self) -> usize {
+                    1
+                }
+                fn sample(&self, xi: &[f64]) -> Option<Sample<usize>> {
+                    Some(Sample { point: usize::from(xi[0] >= 0.5), density: 0.5 })
+                }
+                fn density(&self, _: &usize) -> f64 {
+                    0.5
+                }
+                fn invert(&self, _: &usize) -> Option<Vec<f64>> {
+                    Some(vec![self.0])
+                }
+            }
+            let (sampler, extras) = (Entries(inverse), none_of());
+            Subject::new(&sampler, &extras).round_trip(&[0.75]).unwrap().distance
+        };
+        assert_eq!((entries(0.5), entries(0.25)), (0.0, f64::INFINITY));
+    }
+}

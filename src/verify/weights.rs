@@ -430,3 +430,119 @@ fn known_integral(check: &'static str, name: &str, integral: f64, moments: &Mome
     };
     Finding::new(check, evidence, detail).part(part).sees(sees)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn near(found: f64, expected: f64) {
+        assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{found}, not {expected}");
+    }
+
+    /// Of n samples so many with each of these weights.
+    fn sums(weights: &[(u64, f64)]) -> Inverse {
+        let power = |k: i32| weights.iter().map(|(count, w)| *count as f64 * w.powi(k)).sum();
+        Inverse {
+            count: weights.iter().map(|w| w.0).sum(),
+            powers: [power(1), power(2), power(3)],
+            largest: weights.iter().map(|w| w.1).fold(0.0, f64::max),
+        }
+    }
+
+    const N: f64 = 1e5;
+
+    /// A twentieth of the samples, by two densities that differ by a factor of 2: their mean weight is 0.075.
+    fn region() -> Region {
+        Region { sums: sums(&[(2500, 1.0), (2500, 2.0)]), ..Region::known(0.05, 0.075) }
+    }
+
+    #[test]
+    fn the_mean_of_weights_of_a_cell() {
+        let region = region();
+        near(region.least_square(), 0.075 * 0.075 / 0.05);
+        let skewness = region.skewness(3.0, N, 0.0);
+        near(skewness, 27.0 * 0.05 / (0.1125_f64.powf(1.5) * N.sqrt()));
+        let figure = region.figure(N, 3.0, skewness, false).unwrap();
+        let (mean, second, third) = (0.075, 0.125, 0.225);
+        let variance: f64 = second - mean * mean;
+        near(figure.ratio, 1.0);
+        near(figure.share, 0.05);
+        near(figure.relative_error, (variance / N).sqrt() / 0.075);
+        assert_eq!((figure.p, figure.p_low), (1.0, 1.0));
+        // A measure that is 4% less or more.
+        let seen = (third - 3.0 * mean * second + 2.0 * mean.powi(3)) / (variance.powf(1.5) * N.sqrt());
+        let p = |off: f64, measure: f64, skewness: f64| {
+            let z = (off - 1e-6 * measure) / (variance / N).sqrt();
+            2.0 * normal::sf(z) * (seen.max(0.5 * skewness) * z.min(8.0).powi(3) / 3.0).exp()
+        };
+        for (measure, low) in [(0.072, false), (0.078, true)] {
+            let region = Region { measure, ..region.clone() };
+            for one_sided in [false, true] {
+                for skewness in [0.001, 0.1] {
+                    let figure = region.figure(N, 3.0, skewness, one_sided).unwrap();
+                    let expected = p(0.003, measure, skewness).min(1.0);
+                    near(figure.p, if low && one_sided { 1.0 } else { expected });
+                    near(figure.p_low, if low { expected } else { 1.0 });
+                    near(figure.ratio, 0.075 / measure);
+                }
+            }
+        }
+        // Beyond 8 standard errors the series is kept at what it is there.
+        let far = Region { measure: 0.06, ..region };
+        near(far.figure(N, 3.0, 0.1, false).unwrap().p, p(0.015, 0.06, 0.1));
+        assert!((0.015 / (variance / N).sqrt()) > 8.0);
+    }
+
+    #[test]
+    fn which_cells_can_be_asked() {
+        let asked = |region: &Region, n: f64, limit: f64, skewness: f64| {
+            region.figure(n, limit, skewness, false).is_some()
+        };
+        let region = region();
+        // A thousand samples, of a part that is resolved 250.
+        assert!(asked(&region, 20_000.0, 2.0, 0.0) && !asked(&region, 19_999.0, 2.0, 0.0));
+        let resolved = Region { pilots: Some([1.0, 1.0]), ..region.clone() };
+        assert!(asked(&resolved, 5000.0, 2.0, 0.0) && !asked(&resolved, 4999.0, 2.0, 0.0));
+        // The largest weight holds a hundredth of the sum of squares at most, or a twentieth.
+        let most = |share: f64| (share * N * 0.1125_f64).sqrt();
+        assert!(asked(&region, N, most(0.0099), 0.0) && !asked(&region, N, most(0.0101), 0.0));
+        assert!(asked(&resolved, N, most(0.0499), 0.0) && !asked(&resolved, N, most(0.0501), 0.0));
+        assert!(asked(&region, N, 3.0, 0.1666) && !asked(&region, N, 3.0, 0.1667));
+        // A weight beyond what was promised belies it; where nothing was, it may be.
+        assert!(
+            asked(&region, N, 2.0, 0.0) && !asked(&region, N, 1.999, 0.0) && asked(&resolved, N, 1.999, 0.0)
+        );
+        for measure in [0.0, -1.0, f64::INFINITY, f64::NAN] {
+            assert!(!asked(&Region { measure, ..region.clone() }, N, 3.0, 0.0));
+        }
+        let infinite =
+            Region { sums: Inverse { powers: [1.0, 1.0, f64::INFINITY], ..region.sums }, ..region.clone() };
+        assert!(!asked(&infinite, N, 3.0, 0.0) && !asked(&Region { mass: f64::NAN, ..region }, N, 3.0, 0.0));
+    }
+
+    #[test]
+    fn what_pilots_show_is_added_up() {
+        let mut region = Region::default();
+        assert!(region.limit.is_none() && region.pilots.is_none());
+        let part = crate::verify::expectation::told::resolved;
+        region.add(&part(0.25, [5.0, 7.0]), 3.0, 0.125);
+        region.add(&part(0.5, [50.0, 70.0]), 2.0, 0.0625);
+        assert_eq!(
+            (region.mass, region.measure, region.limit, region.pilots),
+            (0.1875, 0.75, Some(3.0), Some([55.0, 77.0]))
+        );
+        // Twice that of 1000 pilots, over the square root of the samples.
+        near(region.skewness(9.0, N, 1000.0), 2.0 * 0.077 / (0.055_f64.powf(1.5) * N.sqrt()));
+        let mut merged = sums(&[(10, 1.0)]);
+        merged.merge(&sums(&[(5, 3.0), (1, 0.5)]));
+        assert_eq!((merged.count, merged.powers, merged.largest), (16, [25.5, 55.25, 145.125], 3.0));
+    }
+
+    #[test]
+    fn spreads() {
+        near(relative_spread(&[1.0, 3.0]), 0.5);
+        near(relative_spread(&[2.0, 2.0, 8.0]), 0.5_f64.sqrt());
+        assert_eq!(relative_spread(&[4.0; 3]), 0.0);
+    }
+}

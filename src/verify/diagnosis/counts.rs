@@ -142,3 +142,112 @@ fn deviance(observed: f64, expected: f64) -> f64 {
     // -ln(1 + x) + x, which cancels for small x.
     2.0 * observed * if off.abs() < 1e-4 { 0.5 * off * off } else { off - off.ln_1p() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn near(found: f64, expected: f64) {
+        assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{found}, not {expected}");
+    }
+
+    /// 1000 samples in three cells, 200 rejected.
+    fn counts() -> Counts {
+        Counts {
+            of_leaf: vec![0, 1, 1, 2],
+            places: vec![String::new(); 3],
+            observed: vec![500.0, 300.0, 200.0],
+            claimed: vec![0.45, 0.27, 0.18],
+            errors: vec![0.0, 0.009, 0.018],
+            slivers: vec![0.0, 0.0, 0.02],
+            drawn: 1000.0,
+            all: 1200.0,
+            rejected: 200.0,
+            rejected_claimed: 0.1,
+        }
+    }
+
+    /// G = 2 sum O ln(O / E) + E - O.
+    fn g(cells: &[(f64, f64)]) -> f64 {
+        cells.iter().map(|(o, e)| 2.0 * (o * (o / e).ln() + e - o)).sum()
+    }
+
+    #[test]
+    fn deviances() {
+        near(deviance(12.0, 10.0), g(&[(12.0, 10.0)]));
+        near(deviance(8.0, 10.0), g(&[(8.0, 10.0)]));
+        assert_eq!((deviance(10.0, 10.0), deviance(0.0, 10.0), deviance(0.0, 0.0)), (0.0, 20.0, 2e-3));
+        // No hypothesis is held below a thousandth of a sample.
+        near(deviance(1.0, 0.0), g(&[(1.0, 1e-3)]));
+        // Near each other only the square is left of O (x^2 - 2 x^3 / 3 + …); beyond it is not, nor where it cancels.
+        near(deviance(1e6, 1e6 + 90.0), 1e6 * 9e-5_f64.powi(2));
+        near(deviance(1e6, 1e6 - 90.0), 1e6 * 9e-5_f64.powi(2));
+        for x in [1.1e-4_f64, -1.1e-4] {
+            let series = 1e6 * (x * x - 2.0 / 3.0 * x.powi(3));
+            assert!((deviance(1e6, 1e6 * (1.0 + x)) / series - 1.0).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn fits() {
+        let counts = counts();
+        assert_eq!(counts.shape(&[1.0, 1.0, 0.5, 1.5]), Some(vec![0.25, 0.375, 0.375]));
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(counts.shape(&[bad; 4]), None);
+        }
+        // The last cell may have 20 samples more or less: 230 are the nearest to the 200 that it has.
+        near(counts.g(&[0.5, 0.25, 0.25]), g(&[(300.0, 250.0), (200.0, 230.0)]));
+        near(counts.g(&[0.5, 0.35, 0.15]), g(&[(300.0, 350.0), (200.0, 170.0)]));
+        near(counts.g(&[0.51, 0.3, 0.19]), g(&[(500.0, 510.0)]));
+        // As claimed, of all 1200 samples, 120 of them rejected.
+        let claimed = g(&[(500.0, 540.0), (300.0, 324.0), (200.0, 216.0), (200.0, 120.0)]);
+        near(counts.g_claimed(), claimed);
+        // Cells less one, those that expect less than a sample by what they expect.
+        assert_eq!((counts.df(&[0.5, 0.3, 0.2]), counts.df(&[0.9995, 0.0005, 0.0])), (2.0, 1.0));
+        let many = Counts { drawn: 100.0, ..self::counts() };
+        near(many.df(&[0.5, 0.4, 0.075, 0.025, 0.004, 0.006]), 4.0);
+        // Errors of 1% and 2% of the mass, in cells of 30% and 20% of it; of a cell without mass none.
+        near(counts.slack(&[0.5, 0.3, 0.2]), 1000.0 * (1e-4 / 0.3 + 4e-4 / 0.2));
+        near(counts.slack(&[0.7, 0.3, 0.0]), 1000.0 * 1e-4 / 0.3);
+        // The noncentrality of one shape under the mean of two.
+        near(counts.distance(&[0.5, 0.3, 0.2], &[0.4, 0.3, 0.3]), 1000.0 * (0.01 / 0.45 + 0.01 / 0.25));
+        near(
+            counts.distance(&[1.0, 0.0, 0.0], &[1.0 - 1e-7, 1e-7, 0.0]),
+            1000.0 * (1e-14 / (1.0 - 0.5e-7) + 1e-14 / 1e-6),
+        );
+    }
+
+    #[test]
+    fn which_fits_are_accepted() {
+        let exact = |observed: [f64; 3], errors: [f64; 3]| Counts {
+            observed: observed.into(),
+            errors: errors.into(),
+            slivers: vec![0.0; 3],
+            drawn: observed.iter().sum(),
+            ..counts()
+        };
+        let shape = [0.5, 0.3, 0.2];
+        // At two degrees of freedom the tail is e^(-G / 2): G = 23.03 has a hundred-thousandth.
+        let at = |more: f64| exact([500.0 + more, 300.0 - more, 200.0], [0.0; 3]);
+        let (inside, outside) = (64.0, 65.0);
+        assert!(at(inside).g(&shape) < 23.02 && at(outside).g(&shape) > 23.04);
+        assert!(at(inside).accepts(&shape, 0) && !at(outside).accepts(&shape, 0));
+        // A fitted parameter takes one of them, and then 19.5 has it; there is always one left.
+        let (inside, outside) = (59.0, 60.0);
+        assert!(at(inside).g(&shape) < 19.5 && at(outside).g(&shape) > 19.6);
+        for parameters in [1, 2, 5] {
+            assert!(at(inside).accepts(&shape, parameters) && !at(outside).accepts(&shape, parameters));
+        }
+        // What errors may add is taken off: the root of the slack from the root of G, which must come below that of 23.03.
+        let with_error = |slack: f64| {
+            let error = 0.9 * (0.3 * slack / 1000.0).sqrt();
+            exact([575.0, 225.0, 200.0], [0.0, error, 0.0])
+        };
+        let g = with_error(0.0).g(&shape);
+        let enough = (g.sqrt() - 23.03_f64.sqrt()).powi(2);
+        assert!(
+            with_error(1.05 * enough).accepts(&shape, 0) && !with_error(0.95 * enough).accepts(&shape, 0)
+        );
+    }
+}

@@ -666,3 +666,79 @@ pub(super) fn exponent(ratio: f64, tolerance: f64) -> Option<f64> {
     let near = (ratio / ((n + 2.0) / (n + 1.0)) - 1.0).abs() < tolerance;
     (n >= 1.0 && told_apart && near).then_some(n)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn golden_sections_find_the_least_value() {
+        for least in [-0.9, 0.0, 0.3, 1.7] {
+            let found = minimise(-1.0, 2.0, 40, &|x| (x - least).powi(2));
+            assert!((found - least).abs() < 1e-7, "{found}, not {least}");
+        }
+        // Each step leaves 0.618 of the interval: at its end the least value is at most half of that off.
+        let asked = std::cell::Cell::new(0);
+        let at_end = minimise(0.0, 1.0, 10, &|x| {
+            asked.set(asked.get() + 1);
+            x
+        });
+        assert!((at_end - 0.5 * 0.618_033_988_75_f64.powi(10)).abs() < 1e-9 && asked.get() == 12);
+        assert!((minimise(0.0, 1.0, 10, &|x| -x) + at_end - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn even_knots() {
+        assert_eq!((even_spacing(&[]), even_spacing(&[0.5]), even_spacing(&[0.4])), (None, Some(2), None));
+        assert_eq!(even_spacing(&[0.25, 0.5, 0.75]), Some(4));
+        assert_eq!((even_spacing(&[0.2, 0.5, 0.75]), even_spacing(&[0.25, 0.5])), (None, None));
+        assert_eq!(even_spacing(&[0.25 + 0.2e-6, 0.5, 0.75 - 0.2e-6]), Some(4));
+        assert_eq!(
+            (even_spacing(&[0.25 + 0.3e-6, 0.5, 0.75]), even_spacing(&[0.25, 0.5, 0.75 - 0.3e-6])),
+            (None, None)
+        );
+    }
+
+    #[test]
+    fn shares_in_words() {
+        assert_eq!([percent(0.1234), percent(1e-4), percent(0.99e-4)], ["12.34%", "0.01%", "9.9e-3%"]);
+    }
+
+    #[test]
+    fn constants_have_names() {
+        let name = |ratio: f64| constant(ratio, 1e-5, 1).unwrap_or_default();
+        for (expected, value) in [
+            ("2", 2.0),
+            ("pi", PI),
+            ("2 pi", 2.0 * PI),
+            ("4 pi", 4.0 * PI),
+            ("pi / 2", PI / 2.0),
+            ("pi^2", PI * PI),
+            ("2 pi^2", 2.0 * PI * PI),
+            ("4", 4.0),
+            ("180 / pi", 180.0 / PI),
+        ] {
+            assert_eq!((name(value), name(value * 1.000_009)), (expected.to_owned(), expected.to_owned()));
+            let inverse =
+                if expected.contains(' ') { format!("1 / ({expected})") } else { format!("1 / {expected}") };
+            assert_eq!((name(1.0 / value), name(0.999_991 / value)), (inverse.clone(), inverse));
+            assert_ne!(name(value * 1.000_011), expected);
+        }
+        let of_patches = |ratio: f64, patches: usize| constant(ratio, 1e-5, patches);
+        assert_eq!(of_patches(7.0, 7).as_deref(), Some("the number of patches"));
+        assert_eq!(of_patches(1.0 / 7.0, 7).as_deref(), Some("1 / the number of patches"));
+        assert_eq!((of_patches(7.0, 8), of_patches(1.0, 1)), (None, None));
+        assert_eq!((name(1.5), name(1.51), name(0.9)), (String::new(), String::new(), String::new()));
+    }
+
+    /// (n + 2) / (n + 1), as long as its neighbours are farther off than the tolerance.
+    #[test]
+    fn exponents_of_lobes() {
+        let n = |ratio: f64| exponent(ratio, 1e-5);
+        assert_eq!((n(1.5), n(22.0 / 21.0), n(4.0 / 3.0)), (Some(1.0), Some(20.0), Some(2.0)));
+        assert_eq!((n(1.51), n(0.9), n(2.0), n(1.0 + 1.0 / 198.0)), (None, None, None, Some(197.0)));
+        assert_eq!((n(1.500_01), n(1.500_02)), (Some(1.0), None));
+        // 200^2 times the tolerance is 0.4.
+        assert_eq!(n(1.0 + 1.0 / 202.0), None);
+    }
+}

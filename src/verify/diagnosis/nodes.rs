@@ -188,3 +188,125 @@ fn points(cell: &Cell, axis: usize, knots: &Knots, grading: &Knots, panels: usiz
     };
     ends.windows(2).flat_map(piece).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn all_near(found: &[f64], expected: &[f64]) {
+        let same =
+            found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(same, "{found:?}, not {expected:?}");
+    }
+
+    #[test]
+    fn fewer_points_in_more_leaves() {
+        let smooth = [1, 1023, 1024, 4096, 4097, 8191, 8192].map(|leaves| panels(leaves, false));
+        let table = [1, 1023, 1024, 4096, 4097, 8191, 8192].map(|leaves| panels(leaves, true));
+        assert_eq!((smooth, table), ([4, 4, 2, 2, 2, 2, 1], [4, 4, 4, 4, 1, 1, 1]));
+    }
+
+    #[test]
+    fn densities_of_charts() {
+        assert_eq!((charted(2.0, 3.0), charted(2.0, 0.0), charted(-2.0, 3.0)), (6.0, 0.0, 0.0));
+        assert_eq!(
+            (charted(f64::INFINITY, 1.0), charted(f64::NAN, 1.0), charted(-2.0, -3.0)),
+            (0.0, 0.0, 6.0)
+        );
+    }
+
+    /// Gauss' two points integrate cubics, panel by panel, between knots if they are few.
+    #[test]
+    fn points_along_an_axis() {
+        let cell = Cell { patches: 0..1, low: [0.25, 0.5], high: [0.75, 1.0] };
+        let knots = |axis: usize, all: Vec<f64>| {
+            let mut knots = Knots::default();
+            knots.axes[axis] = all;
+            knots
+        };
+        let none = Knots::default();
+        let sum = |points: &[(f64, f64)], f: &dyn Fn(f64) -> f64| {
+            points.iter().map(|(x, w)| w * f(*x)).sum::<f64>()
+        };
+        for panels in [1, 2, 4] {
+            let all = points(&cell, 0, &none, &none, panels);
+            assert_eq!(all.len(), 2 * panels);
+            all_near(
+                &[sum(&all, &|_| 1.0), sum(&all, &|x| x.powi(3))],
+                &[0.5, (0.75_f64.powi(4) - 0.25_f64.powi(4)) / 4.0],
+            );
+        }
+        all_near(&[sum(&points(&cell, 1, &none, &none, 1), &|x| x)], &[0.375]);
+        // A step at a knot inside is no hindrance; knots on the border are none.
+        let step = |x: f64| if x < 0.3 { 1.0 } else { 3.0 };
+        let all = points(&cell, 0, &knots(0, vec![0.1, 0.25, 0.3, 0.75]), &none, 1);
+        assert_eq!(all.len(), 4);
+        all_near(&[sum(&all, &step)], &[0.05 + 1.35]);
+        let graded = points(&cell, 0, &knots(0, vec![0.3]), &knots(0, vec![0.25, 0.28, 0.75]), 1);
+        assert_eq!(graded.len(), 6);
+        all_near(&[sum(&graded, &step)], &[0.05 + 1.35]);
+        assert!(graded.windows(2).all(|pair| pair[0].0 < pair[1].0));
+        // Of 32 knots inside all are kept, of 33 none.
+        let many = |count: usize| {
+            points(
+                &cell,
+                0,
+                &knots(0, (1..=count).map(|i| 0.25 + 0.5 * i as f64 / (count + 1) as f64).collect()),
+                &none,
+                1,
+            )
+            .len()
+        };
+        assert_eq!((many(32), many(33)), (66, 2));
+    }
+
+    /// Two leaves of two nodes each, one of them without density; and a third that no node shows.
+    fn nodes() -> Nodes {
+        let node = |patch: usize, density: f64| Node {
+            location: Location { patch, at: [0.0; 2] },
+            weight: 0.5,
+            density,
+            jacobian: 2.0,
+        };
+        let mut nodes = Nodes {
+            nodes: vec![node(0, 1.0), node(0, 3.0), node(1, 0.0), node(1, 2.0), node(2, 0.0), node(2, 0.0)],
+            of_leaf: vec![0..2, 2..4, 4..6],
+            claimed: vec![5.0, 1.0, 0.5],
+            raw: vec![],
+        };
+        nodes.raw = nodes.sums(&|node| node.chart_density());
+        nodes
+    }
+
+    #[test]
+    fn masses_of_leaves() {
+        let nodes = nodes();
+        all_near(&nodes.raw, &[4.0, 2.0, 0.0]);
+        // The claimed density has the claimed masses.
+        all_near(&nodes.masses(&|node| node.chart_density()), &[5.0, 1.0, 0.5]);
+        // Twice as much of all has twice of them, what no node has seen included.
+        all_near(&nodes.masses(&|node| 2.0 * node.chart_density()), &[10.0, 2.0, 1.0]);
+        // Twice as much in the first leaf: of those that are seen 11 for 6.
+        all_near(
+            &nodes.masses(&|node| node.chart_density() * if node.location.patch == 0 { 2.0 } else { 1.0 }),
+            &[10.0, 1.0, 0.5 * 11.0 / 6.0],
+        );
+        // Where the support is another the nodes are all there is: no ratio to the claimed mass.
+        all_near(&nodes.masses(&|_| 3.0), &[5.0 * 3.0 / 4.0, 3.0, 3.0]);
+        all_near(
+            &nodes.masses(&|node| if node.location.patch == 0 { 1.0 } else { 0.0 }),
+            &[5.0 / 4.0, 0.0, 0.5 / 4.0],
+        );
+        all_near(
+            &nodes.masses_by_index(&|i| [1.0, f64::NAN, 0.0, 8.0, f64::INFINITY, -1.0][i]),
+            &[0.5, 2.0, 1.0],
+        );
+        all_near(&nodes.masses_by_index(&|_| 0.0), &[0.0, 0.0, 0.0]);
+        let weighted: Vec<f64> = nodes.weighted().map(|(_, mass)| mass).collect();
+        all_near(&weighted, &[1.25, 3.75, 0.0, 1.0, 0.0, 0.0]);
+        let (masses, measures) = nodes.by_class(2, &|l| usize::from(l.patch > 0));
+        all_near(&masses, &[5.0, 1.0]);
+        all_near(&measures, &[2.0, 4.0]);
+    }
+}

@@ -1,0 +1,255 @@
+//! Weights: means over densities, spreads of importance, and densities that came with the samples and nothing else.
+
+use super::*;
+use warpcheck::domain::{Discrete, Interval};
+use warpcheck::random::fill_unit;
+use warpcheck::statistics::{Moments, binomial};
+use warpcheck::verify::{Against, Row, Settings, Verdict, recording};
+
+fn line() -> Interval {
+    Interval::new(0.0, 1.0)
+}
+
+/// Drawn by 2 x, which is what the density says.
+fn told<'a>() -> Told<'a, Interval> {
+    let sample = |xi: &[f64]| Some(Sample { point: xi[0].sqrt(), density: 2.0 * xi[0].sqrt() });
+    Told::new(line(), sample, |x: &f64| 2.0 * x)
+}
+
+fn variates(purpose: &str, count: usize) -> Vec<f64> {
+    let mut xi = vec![0.0; count];
+    for (shard, part) in xi.chunks_mut(if purpose == "verify" { 1 << 14 } else { usize::MAX }).enumerate() {
+        fill_unit(&mut stream(1, purpose, shard as u64), part);
+    }
+    xi
+}
+
+#[test]
+fn known_integrals_by_hand() {
+    const SAMPLES: usize = 20_000;
+    let judged = |function: &(dyn Fn(f64) -> f64 + Send + Sync), integral: f64| {
+        let sampler = told();
+        let verify =
+            warpcheck::verify(&sampler).integral("mine", |x| function(*x), integral).samples(SAMPLES as u64);
+        let examination = alone(verify, "weights");
+        found(&examination, "weights", "f / density, mine").clone()
+    };
+    // f / density = x^2 / 2 of points whose mean square is 1/2, and its mean square 1/3.
+    let finding = judged(&|x| x.powi(3), 0.25);
+    let values: Vec<f64> = variates("verify", SAMPLES).iter().map(|u| 0.5 * u).collect();
+    let n = SAMPLES as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let error = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
+    assert_eq!(
+        finding.detail,
+        format!("the mean of f / density is {mean:.6} +- {error:.1e}, the integral 0.250000")
+    );
+    let moments: Moments = values.iter().copied().collect();
+    let test = moments.mean_test(0.25, 0.25e-6).unwrap();
+    near(p_of(&finding).0, test.p_conservative, 1e-9);
+    near(p_of(&finding).1, test.p_conservative, 1e-9);
+    assert_eq!(finding.sees, format!("a mean that is {:.2}% off", 100.0 * (6.5 * error / 0.25 + 1e-6)));
+    // Of f in proportion to the density there is no spread to test by: a ten-thousandth is forgiven.
+    for (integral, verdict) in [
+        (3.0, Verdict::Pass),
+        (3.0 / 1.000_09, Verdict::Pass),
+        (3.0 / 1.000_11, Verdict::Fail),
+        (3.0 / 0.999_89, Verdict::Fail),
+        (-3.0, Verdict::Fail),
+    ] {
+        let sampler =
+            Told::new(line(), |xi: &[f64]| Some(Sample { point: xi[0], density: 1.0 }), |_: &f64| 1.0);
+        let examination =
+            alone(warpcheck::verify(&sampler).integral("mine", |_| 3.0, integral).samples(2000), "weights");
+        let finding = found(&examination, "weights", "f / density, mine").clone();
+        let (value, conservative) = finding.evidence.p_values().unwrap_or((f64::NAN, f64::NAN));
+        let passes =
+            finding.evidence == Evidence::Certain(Verdict::Pass) || value == 1.0 && conservative == 1.0;
+        assert_eq!(passes, verdict == Verdict::Pass, "{integral}: {finding:?}");
+        if verdict == Verdict::Fail {
+            is_certain(&finding, Verdict::Fail);
+        }
+    }
+    let nan = judged(&|x| if x > 0.9 { f64::NAN } else { x }, 0.5);
+    is_certain(&nan, Verdict::Fail);
+    assert_eq!(nan.detail, "f / density is not always a number: its mean is NaN");
+    let heavy = judged(&|x| if x > 0.9999 { 2e4 } else { 0.0 }, 2.0);
+    assert_eq!(heavy.evidence, Evidence::Unanswered);
+    assert!(heavy.detail.ends_with(", the integral 2.000000, but its tails are too heavy, or its samples too few, for that to be believed"));
+}
+
+/// How many samples lie how many promised spreads from the mean, by Chebyshev's inequality.
+#[test]
+fn spreads_of_importance() {
+    const SAMPLES: usize = 20_000;
+    let judged = |function: &(dyn Fn(f64) -> f64 + Send + Sync), spread: f64| {
+        let sampler = told();
+        let verify = warpcheck::verify(&sampler).importance(|x| function(*x), spread).samples(SAMPLES as u64);
+        let examination = alone(verify, "weights");
+        found(&examination, "weights", "spread").clone()
+    };
+    let points: Vec<f64> = variates("importance", SAMPLES).into_iter().map(f64::sqrt).collect();
+    // Ratios of 1, but for some of them 1 + by.
+    for (share, by, spread) in [
+        (0.05, 1.0, 0.2),
+        (0.3, 1.0, 0.4),
+        (0.01, 3.0, 0.3),
+        (0.02, -0.9, 0.1),
+        (0.001, 20.0, 0.5),
+        (0.4, 0.02, 0.0),
+        (0.1, 0.0004, 0.0),
+        (0.5, 1.0, 0.3),
+    ] {
+        let ratio = |x: f64| if x * x < share { 1.0 + by } else { 1.0 };
+        let finding = judged(&|x| 2.0 * x * ratio(x), spread);
+        let ratios: Vec<f64> = points.iter().map(|&x| ratio(x)).collect();
+        let n = SAMPLES as f64;
+        let mean = ratios.iter().sum::<f64>() / n;
+        let off = (ratios.iter().map(|r| (r / mean - 1.0).powi(2)).sum::<f64>() / n).sqrt();
+        assert_eq!(
+            finding.detail,
+            format!("importance over density spreads by {off:.4} of its mean, where {spread:.4} is promised")
+        );
+        // The mean is one of samples, and may be six standard errors off.
+        let limit = spread + 1e-4;
+        let slack = 6.0 * limit / n.sqrt();
+        let p = |k: f64| {
+            let beyond =
+                ratios.iter().filter(|r| (*r / mean - 1.0).abs() * (1.0 - slack) > k * limit + slack).count();
+            binomial::upper_tail(beyond as u64, SAMPLES as u64, 1.0 / (k * k)).unwrap()
+        };
+        let least = [1.25, 1.5, 2.0, 3.0, 5.0, 10.0].map(p).into_iter().fold(1.0, f64::min);
+        near(p_of(&finding).0, (6.0 * least).min(1.0), 1e-6);
+    }
+    let bad = judged(&|x| if x > 0.9 { f64::NAN } else { x }, 0.1);
+    is_certain(&bad, Verdict::Fail);
+    assert_eq!(bad.detail, "importance over density is NaN at a sample");
+    assert!(judged(&|x| x - 0.5, 0.1).detail.starts_with("importance over density is -"));
+    assert!(
+        judged(&|x| if x > 0.9 { f64::INFINITY } else { x }, 0.1)
+            .detail
+            .starts_with("importance over density is inf")
+    );
+    let none = judged(&|_| 0.0, 0.1);
+    is_certain(&none, Verdict::Fail);
+    assert_eq!(none.detail, "the importance is 0 at all samples, or all were rejected");
+}
+
+/// Rows of a point and the density that came with it, and nothing else that says what is right.
+fn own(points: &[f64], mut density: impl FnMut(f64) -> f64, partial: bool) -> Examination {
+    let numbers = points.iter().flat_map(|&x| [x, density(x)]).collect();
+    let row = |n: &[f64]| Row { point: (n[0] < 1.0).then_some(n[0]), density: Some(n[1]), weight: None };
+    let settings = Settings { diagnose: true, ..Settings::default() };
+    recording(line(), Given::new(2, numbers), row).unwrap().partial(partial).examine(&settings).unwrap()
+}
+
+/// Drawn by 1/2 + x.
+fn rising(count: usize) -> Vec<f64> {
+    let mut rng = stream(31, "rising", 0);
+    (0..count).map(|_| 0.5 * ((1.0 + 8.0 * unit_f64(&mut rng)).sqrt() - 1.0)).collect()
+}
+
+#[test]
+fn densities_of_rows_alone() {
+    let points = rising(40_000);
+    let right = own(&points, |x| 0.5 + x, false);
+    assert_eq!((right.against, right.samples), (Against::OwnDensities, 35_000));
+    assert!(
+        right.cells.is_empty()
+            && right.elsewhere.is_empty()
+            && right.scales.is_empty()
+            && right.integral.0.is_nan()
+    );
+    assert!(right.map(2).cell.iter().all(Option::is_none));
+    let finding = found(&right, "weights", "1 / density");
+    assert!(p_of(finding).0 > 1e-3, "{finding:?}");
+    assert!(right.findings.iter().all(|f| f.part != "densities judged") && right.diagnosis.is_none());
+    let power = right.power(1e-3);
+    assert!(
+        power.len() == 1 && power[0].mass > 0.5 && power[0].error > 0.0 && power[0].error < 0.5,
+        "{power:?}"
+    );
+    assert!(
+        right
+            .findings
+            .iter()
+            .all(|f| f.check != "chi-square" && f.check != "agreement" && f.check != "jacobian")
+    );
+    // A fifth too much of it all, or too little: the mean of 1 / density is off by as much everywhere, and is named.
+    for (factor, ratio) in [(1.2, 0.833), (0.8, 1.25), (2.0, 0.5), (0.5, 2.0)] {
+        let wrong = own(&points, |x| factor * (0.5 + x), false);
+        let finding = found(&wrong, "weights", "1 / density");
+        assert!(p_of(finding).0 < 1e-9, "{finding:?}");
+        let times: f64 =
+            finding.detail.split("the worst is ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        near(times, ratio, 0.1);
+        let diagnosis = wrong.diagnosis.unwrap();
+        assert!(
+            diagnosis.explains && diagnosis.text.ends_with("(the densities, all over the domain)"),
+            "{diagnosis:?}"
+        );
+        match factor {
+            2.0 => assert_eq!(diagnosis.name, "constant 2"),
+            0.5 => assert_eq!(diagnosis.name, "constant 1 / 2"),
+            _ => {
+                let named: f64 = diagnosis
+                    .text
+                    .split("is ")
+                    .nth(1)
+                    .unwrap()
+                    .split(' ')
+                    .next()
+                    .unwrap()
+                    .parse()
+                    .unwrap_or(factor);
+                near(named, factor, 0.01);
+            }
+        }
+        // Where the density may be 0 that nobody names, too low a mean says nothing.
+        let partial = own(&points, |x| factor * (0.5 + x), true);
+        assert_eq!(p_of(found(&partial, "weights", "1 / density")).0 < 1e-9, factor < 1.0);
+        assert!(partial.diagnosis.is_none());
+    }
+    // Too few to say anything.
+    let few = own(&points[..800], |x| 0.5 + x, false);
+    let judged = found(&few, "weights", "densities judged");
+    is_certain(judged, Verdict::Inconclusive);
+    assert!(judged.detail.starts_with("the weights of all ") && judged.detail.ends_with(" cells have tails too heavy for 700 samples, and nothing else judges densities that come with the samples"), "{}", judged.detail);
+    // A density that knows nothing of its neighbours' is rough, and no box shows it.
+    let mut turn = 0.0;
+    let rough = own(
+        &points,
+        |_| {
+            turn = (turn + 0.618_034_f64).fract();
+            10.0_f64.powf(4.0 * turn)
+        },
+        false,
+    );
+    is_certain(found(&rough, "weights", "densities judged"), Verdict::Inconclusive);
+    // Half of the samples rejected: of those that are not, as many are judged.
+    let mut some = points.clone();
+    some.iter_mut().step_by(2).for_each(|x| *x = 2.0);
+    let half = own(&some, |x| 0.25 + 0.5 * x, false);
+    assert!(half.findings.iter().all(|f| f.part != "densities judged"), "{:?}", half.findings);
+    assert!(p_of(found(&half, "weights", "1 / density")).0 > 1e-3);
+    // Entries, each with its mass.
+    let entries = |factor: f64| {
+        let numbers = points
+            .iter()
+            .flat_map(|&x| {
+                let i = (4.0 * x) as usize;
+                [
+                    i as f64,
+                    factor * ((i as f64 + 1.0) / 4.0 - i as f64 / 4.0) * (0.5 + 0.125 + i as f64 / 4.0),
+                ]
+            })
+            .collect();
+        let row = |n: &[f64]| Row { point: Some(n[0] as usize), density: Some(n[1]), weight: None };
+        let examination = recording(Discrete::new(4), Given::new(2, numbers), row)
+            .unwrap()
+            .examine(&Settings::default())
+            .unwrap();
+        p_of(found(&examination, "weights", "1 / density")).0
+    };
+    assert!(entries(1.0) > 1e-3 && entries(1.1) < 1e-9 && entries(0.9) < 1e-9);
+}
