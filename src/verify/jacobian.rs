@@ -495,7 +495,7 @@ mod tests {
         assert_eq!((bend(|x| x), bend(|_| 3.0)), (0.0, 0.0));
         // A parabola: (0.0625 over two steps, 0.015625 over one) twice, over 1/4.
         near(bend(|x| x * x), 2.0 * 0.0625 / 0.25, 1e-12);
-        near(bend(|x| if x < 0.2 || x > 0.8 { 1.5 } else { 1.0 }), 0.0, 1e-12);
+        near(bend(|x| if (0.2..=0.8).contains(&x) { 1.0 } else { 1.5 }), 0.0, 1e-12);
         near(bend(|x| if x < 0.3 { 0.5 } else { 1.0 }), 0.5, 1e-12);
         near(bend(|x| if x > 0.6 { 1.25 } else { 1.0 }), 0.25, 1e-12);
         near(bend(|x| if (0.6..0.7).contains(&x) { 1.25 } else { 1.0 }), 0.25, 1e-12);

@@ -469,10 +469,12 @@ mod tests {
     #[test]
     fn one_sample_closely() {
         let sampler = told();
-        let mut extras = Extras::default();
-        extras.target = Some(Box::new(|x: &f64| x + 1.0));
-        extras.rivals = vec![("mine".to_owned(), Box::new(|x: &f64| 7.0 * x))];
-        extras.importance = Some(Importance { function: Box::new(|x: &f64| 8.0 * x), spread: 0.25 });
+        let extras = Extras {
+            target: Some(Box::new(|x: &f64| x + 1.0)),
+            known: vec![],
+            rivals: vec![("mine".to_owned(), Box::new(|x: &f64| 7.0 * x))],
+            importance: Some(Importance { function: Box::new(|x: &f64| 8.0 * x), spread: 0.25 }),
+        };
         let probe = Subject::new(&sampler, &extras);
         let look = probe.look(&[0.75]).unwrap();
         assert_eq!(

@@ -570,3 +570,81 @@ pub fn compare_recordings<D: Domain>(
     let examination = super::two_sample::examine_recordings([first, second], names, settings);
     first.error().or_else(|| second.error()).map_or(Ok(examination), Err)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::Interval;
+
+    struct Few(Vec<f64>);
+
+    impl Rows for Few {
+        fn width(&self) -> usize {
+            1
+        }
+        fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
+            let read = most.min(self.0.len());
+            out.extend(self.0.drain(..read));
+            Ok(read)
+        }
+    }
+
+    /// Rows answer what is asked of samples that are there, and nothing that takes variates.
+    #[test]
+    fn rows_as_the_checks_see_them() {
+        let numbers: Vec<f64> = (0..32).map(|i| f64::from(i) / 32.0).collect();
+        let row = |numbers: &[f64]| Row { point: Some(numbers[0]), density: None, weight: None };
+        let read = recording(Interval::new(0.0, 1.0), Few(numbers), row).unwrap().density(|x| 2.0 * x);
+        let recording: &dyn Probe = &read;
+        assert_eq!(
+            (recording.pilots(), recording.rows_expected(100), recording.rows_expected(9)),
+            (Some(4), 28, 9)
+        );
+        assert_eq!((recording.load(0, 10), recording.load(10, 30)), (10, 18));
+        // Rows by their number plus 1, pilots by their share.
+        assert_eq!(
+            [0.1, 0.3, 0.9, 11.0, 28.0].map(|xi| recording.called(&[xi])),
+            ["row 0", "row 1", "row 3", "row 14", "row 31"]
+        );
+        let at = |xi: f64| recording.look(&[xi]).unwrap().location.unwrap().at[0] * 32.0;
+        assert_eq!([0.1, 0.3, 0.9, 11.0, 28.0].map(at), [0.0, 1.0, 3.0, 14.0, 31.0]);
+        let look = recording.look(&[12.0]).unwrap();
+        assert_eq!((look.density, look.asked, look.point.as_str()), (30.0 / 32.0, 30.0 / 32.0, "0.46875"));
+        let (mut draws, mut values) = (Vec::new(), vec![1.0]);
+        recording.draw(&[11.0, 12.0, 0.3], 1, &mut draws, &mut values);
+        assert_eq!(draws.iter().map(|d| d.location.at[0] * 32.0).collect::<Vec<_>>(), [14.0, 15.0, 1.0]);
+        assert_eq!(
+            recording.densities_around(&[12.0], 0.25),
+            [2.0 * (0.46875 - 0.25), 2.0 * (0.46875 + 0.25)]
+        );
+        assert_eq!(
+            (recording.describe(0, [0.25, 0.0]).as_str(), recording.density_at(0, [0.25, 0.0])),
+            ("0.25", (0.5, 1.0))
+        );
+        assert!(
+            recording.variate_knots(0).is_empty()
+                && recording.left_over(&[0.5]).is_none()
+                && recording.preimages(&[0.5]).is_none()
+        );
+        assert!(
+            recording.displacements(&[0.1], &[0.2]).is_none()
+                && recording.densities_between(&[0.1], &[0.2], &[0.5]).is_none()
+        );
+        assert!(
+            recording.round_trip(&[0.1]).is_none()
+                && recording.magnitude(&[0.1]) == 0.0
+                && recording.importance(&[0.1]).is_none()
+        );
+        assert!(
+            recording.target_at(0, [0.5; 2]).is_none()
+                && recording.rivals_at(0, [0.5; 2]).is_empty()
+                && recording.cell_mass(&Cell::whole(&Interval::new(0.0, 1.0))).is_none()
+        );
+        assert!(
+            recording.has_density()
+                && !recording.returns_density()
+                && !recording.partial()
+                && recording.known().is_empty()
+        );
+    }
+}

@@ -3,6 +3,7 @@
 mod counts;
 mod diagnoses;
 mod films_and_means;
+mod jacobians;
 mod mistakes;
 mod pairs;
 mod relations;

@@ -289,7 +289,7 @@ fn below(x: f64) -> f64 {
 /// Numbers in [0, 1): pilots at even distances, and seven times as many that are judged. With 8 pilots in a leaf, these are cut in halves.
 fn on_a_line(judged: &[f64]) -> Examination {
     let pilots = judged.len() / 7;
-    assert!(pilots.is_power_of_two() && judged.len() % 7 == 0);
+    assert!(pilots.is_power_of_two() && judged.len().is_multiple_of(7));
     let even = shuffled((0..pilots).map(|i| i as f64 / pilots as f64).collect::<Vec<_>>());
     let rows = Given::new(1, even.into_iter().chain(judged.iter().copied()).collect());
     let row = |numbers: &[f64]| Row { point: Some(numbers[0]), density: None, weight: None };

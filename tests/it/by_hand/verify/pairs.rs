@@ -185,7 +185,7 @@ fn two_that_can_not_be_compared() {
     let out = Samples::new(Square, vec![[0.5, 0.5], [0.5, 2.0]]).unwrap_err();
     assert_eq!(out.to_string(), "point 1, DVec2(0.5, 2.0), is [0.5, 2], outside of the unit square");
     let empty = Samples::new(Square, Vec::<[f64; 2]>::new()).unwrap();
-    assert!(empty.is_empty() && empty.len() == 0 && !line(1.0).is_empty() && line(1.0).len() == 80);
+    assert!(empty.is_empty() && !line(1.0).is_empty() && line(1.0).len() == 80);
 }
 
 #[test]
@@ -321,7 +321,7 @@ fn recordings_are_compared_row_by_row() {
             shuffled(counts.iter().enumerate().flat_map(|(i, &n)| vec![i; n as usize]).collect::<Vec<_>>());
         Given {
             at_once,
-            counted: at_once % 2 == 0,
+            counted: at_once.is_multiple_of(2),
             ..Given::new(1, pilots.chain(judged).map(|i| i as f64).collect())
         }
     };

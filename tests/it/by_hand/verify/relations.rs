@@ -223,6 +223,10 @@ impl Table {
 /// What is said of one relation where `spoil` changes the tables of some weights.
 fn spoiled(relation: &str, spoil: impl Fn(&[f64], &mut Table)) -> String {
     let build = |w: &[f64]| {
+        // Long ones cost most, and only permutations are asked of them.
+        if w.len() > 1000 && relation != "permutation" {
+            return Err("not now".to_owned());
+        }
         let mut table = Table::new(w)?;
         spoil(w, &mut table);
         Ok::<_, String>(table.sampler())
@@ -233,11 +237,21 @@ fn spoiled(relation: &str, spoil: impl Fn(&[f64], &mut Table)) -> String {
     finding.detail.clone()
 }
 
+fn sum(w: &[f64]) -> f64 {
+    w.iter().sum()
+}
+
+/// The mass of an entry of the uneven weights.
+fn mass_of(i: usize) -> f64 {
+    uneven()[i] * (1.0 / sum(&uneven()))
+}
+
+fn is_reversed(w: &[f64]) -> bool {
+    w.len() == 37 && w[1] == uneven()[35]
+}
+
 #[test]
-fn what_is_said_of_spoiled_tables() {
-    let sum = |w: &[f64]| w.iter().sum::<f64>();
-    let u = uneven();
-    let mass = |i: usize| u[i] * (1.0 / sum(&u));
+fn bits_that_scaling_changes() {
     for relation in ["scaling", "permutation", "refinement", "bright entry", "zero weights", "refusal"] {
         assert!(spoiled(relation, |_, _| {}).starts_with("holds for"));
     }
@@ -258,7 +272,7 @@ fn what_is_said_of_spoiled_tables() {
             t.leads = Some(7)
         }
     });
-    let what = |i: usize| format!("{i} of density {:?}", mass(i));
+    let what = |i: usize| format!("{i} of density {:?}", mass_of(i));
     assert_eq!(
         said,
         format!(
@@ -278,15 +292,19 @@ fn what_is_said_of_spoiled_tables() {
         ),
         "{said}"
     );
-    // Masses: entry 3 of the reversed ones is 33 of the others. A ten-thousandth and a millionth are forgiven.
+}
+
+/// Entry 3 of the reversed ones is 33 of the others. A ten-thousandth and a millionth are forgiven.
+#[test]
+fn masses_that_do_not_move_along() {
     let reversed = |factor: f64, plus: f64| {
         spoiled("permutation", |w, t| {
-            if w.len() == 37 && w[1] == u[35] {
+            if is_reversed(w) {
                 t.mass[3] = t.mass[3] * factor + plus
             }
         })
     };
-    let there = mass(33);
+    let there = mass_of(33);
     assert_eq!(
         reversed(1.01, 0.0),
         format!(
@@ -325,7 +343,10 @@ fn what_is_said_of_spoiled_tables() {
         refined.contains("uneven weights, each in two: entry 11 of uneven weights had the mass"),
         "{refined}"
     );
-    // The bright one.
+}
+
+#[test]
+fn bright_and_dark_entries_of_spoiled_tables() {
     let bright = |spoil: &dyn Fn(&mut Table)| {
         spoiled("bright entry", |w, t| {
             if w[18] == 1e6 {
@@ -356,9 +377,13 @@ fn what_is_said_of_spoiled_tables() {
     assert!(zero(&|t| t.mass[30] = 1e-6).starts_with("holds"));
     assert_eq!(zero(&|t| t.leads = Some(15)), format!("{name}xi = [0.0] draws index 15, of weight 0"));
     assert!(zero(&|t| t.leads = Some(16)).starts_with("holds"));
-    // Points beyond the end, panics, refusals, tables of another size.
+}
+
+/// Points beyond the end, panics, tables of another size.
+#[test]
+fn tables_that_break() {
     let said = spoiled("permutation", |w, t| {
-        if w.len() == 37 && w[1] == u[35] {
+        if is_reversed(w) {
             t.leads = Some(99)
         }
     });
@@ -549,6 +574,11 @@ fn spoiled_map(
     let (leads, factor) = (&leads, &factor);
     let build = |width: usize, height: usize, texels: Vec<[f32; 3]>| {
         let values: Vec<f64> = texels.iter().map(|t| f64::from(t[1])).collect();
+        // Only those that are asked about are built.
+        let (bright, dark) = (values.contains(&1e6), values.contains(&0.0));
+        if (bright, dark) != (relation == "bright entry", relation == "zero weights") {
+            return Err("not now".to_owned());
+        }
         let map =
             Environment::new(width, height, texels, RowWarp::UniformCosTheta).map_err(|e| e.to_string())?;
         let there = leads(&values, width);
@@ -574,9 +604,8 @@ fn spoiled_map(
 }
 
 #[test]
-fn what_is_said_of_spoiled_maps() {
+fn masses_of_spoiled_maps() {
     let never = |_: &[f64], _: usize| None;
-    let right = |_: &[f64], _: usize, _: usize| 1.0;
     // Texel 17, column 5 of row 1, is column 6 of the mirrored map, 18 in it; rotated by 5 it is column 10.
     let mirrored = |v: &[f64]| (v[11] - 1.5).abs() < 1e-6;
     let said =
@@ -606,7 +635,13 @@ fn what_is_said_of_spoiled_maps() {
         ),
         "{said}"
     );
-    // Bright ones, by their place.
+}
+
+/// By their place, and up to a rounding of their borders.
+#[test]
+fn bright_and_dark_texels_of_spoiled_maps() {
+    let never = |_: &[f64], _: usize| None;
+    let right = |_: &[f64], _: usize, _: usize| 1.0;
     let bright = |v: &[f64], at: usize| v.len() == 84 && v[at] == 1e6;
     for (at, place) in [
         (0, "left of the top row, at column 0, row 0"),

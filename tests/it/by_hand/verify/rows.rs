@@ -230,7 +230,7 @@ fn densities_of_rows_and_those_asked() {
     );
     // Just beyond what nobody minds, and what a rounding of the point explains.
     let wrong = judged(&|_, x| 2.0 * x * (1.0 + 1.1e-4));
-    assert_eq!(found(&wrong, "agreement", "").evidence == Evidence::Certain(Verdict::Fail), true);
+    is_certain(found(&wrong, "agreement", ""), Verdict::Fail);
     let low = judged(&|_, x| 2.0 * x * (1.0 - 1.1e-4));
     // A rounding of 2.5e-7 to either side explains three times that, which is more than 1.1e-4 of small ones.
     let wrong = points[1000..]

@@ -174,18 +174,25 @@ fn faults_at_the_end() {
     );
 }
 
-/// Of 1024 variates; one in 200 may sit on a border between branches.
-#[test]
-fn inverses_by_hand() {
+/// The variates that come back or don't, ascending.
+fn round_trips() -> Vec<f64> {
     let mut drawn = vec![0.0; 1024];
     fill_unit(&mut stream(1, "round trip", 0), &mut drawn);
     drawn.sort_by(f64::total_cmp);
-    let judge = |told: &Told<'_, Interval>| {
-        let examination = examined(told, "round trip");
-        let finding = found(&examination, "round trip", "").clone();
-        is_certain(&finding, if finding.detail.contains("don't") { Verdict::Fail } else { Verdict::Pass });
-        finding
-    };
+    drawn
+}
+
+fn judge(told: &Told<'_, Interval>) -> Finding {
+    let examination = examined(told, "round trip");
+    let finding = found(&examination, "round trip", "").clone();
+    is_certain(&finding, if finding.detail.contains("don't") { Verdict::Fail } else { Verdict::Pass });
+    finding
+}
+
+/// Of 1024 variates; one in 200 may sit on a border between branches.
+#[test]
+fn inverses_that_are_off() {
+    let drawn = round_trips();
     let with = |invert: &(dyn Fn(f64) -> Vec<f64> + Sync)| {
         let told = Told { invert: Some(Box::new(|x: &f64| invert(*x))), ..Told::new(line(), plain, |_| 1.0) };
         judge(&told).detail
@@ -228,7 +235,11 @@ fn inverses_by_hand() {
     let sees =
         judge(&Told { invert: Some(Box::new(|x: &f64| vec![*x])), ..Told::new(line(), plain, |_| 1.0) }).sees;
     assert_eq!(sees, "a wrong inverse over 1.5% of the variates");
-    // Where variates are squeezed together, the point must come back: to 4 millionths, or of a domain of measure 10 to 40.
+}
+
+/// Where variates are squeezed together, the point must come back: to 4 millionths, or of a domain of measure 10 to 40.
+#[test]
+fn inverses_of_squeezed_variates() {
     let squeezed = |length: f64, within: f64, dimensions: usize| {
         let sample = move |xi: &[f64]| Some(Sample { point: within * xi[0], density: 1.0 });
         let told = Told {
@@ -247,7 +258,12 @@ fn inverses_by_hand() {
             && squeezed(10.0, 3.99e-5, 1).starts_with("1024 of")
             && squeezed(10.0, 4.2e-5, 1).contains("don't")
     );
-    // Entries come back or don't; samples that are rejected, and points without an inverse, are not asked.
+}
+
+/// Entries come back or don't; samples that are rejected, and points without an inverse, are not asked.
+#[test]
+fn inverses_of_entries() {
+    let drawn = round_trips();
     let entries = |inverse: f64| {
         let sample =
             |xi: &[f64]| (xi[0] < 0.75).then_some(Sample { point: usize::from(xi[0] >= 0.5), density: 0.5 });
@@ -388,7 +404,7 @@ fn independence_by_hand() {
     test(streams, 4, "two streams");
     let mut left_over = vec![0; 48];
     let all = || shards.iter().flatten().filter(|&&xi| class(xi) < 3);
-    all().for_each(|&xi| left_over[class(xi) * 16 + (16.0 * f64::from(rest(xi))) as usize] += 1);
+    all().for_each(|&xi| left_over[class(xi) * 16 + (16.0 * rest(xi)) as usize] += 1);
     test(left_over.clone(), 16, "point and variate left over");
     let sixteenths: Vec<u64> = (0..16).map(|i| left_over.iter().skip(i).step_by(16).sum()).collect();
     let expected = all().count() as f64 / 16.0;
@@ -448,122 +464,114 @@ fn light_classes_are_left_out() {
     assert_eq!(finding.detail, format!("X^2 = {:.1} at {} degrees of freedom", figure.statistic, figure.df));
 }
 
-/// Faults of single samples, counted; the variates are drawn again here.
-#[test]
-fn faults_among_samples_are_counted() {
-    const SAMPLES: usize = 20_000;
-    let mut xi = vec![0.0; SAMPLES];
+/// How many samples are looked at for bad ones.
+const COUNTED: usize = 20_000;
+
+fn is_bad(x: f64) -> bool {
+    (0.3..0.3004).contains(&x)
+}
+
+/// How many samples are bad, and the first of them; drawn again here.
+fn bad_ones() -> (usize, f64) {
+    let mut xi = vec![0.0; COUNTED];
     fill_unit(&mut stream(1, "verify", 0), &mut xi[..1 << 14]);
     fill_unit(&mut stream(1, "verify", 1), &mut xi[1 << 14..]);
-    let bad = |x: f64| (0.3..0.3004).contains(&x);
-    let count = xi.iter().filter(|&&x| bad(x)).count();
-    let first = *xi.iter().find(|&&x| bad(x)).unwrap();
+    let bad: Vec<f64> = xi.into_iter().filter(|&x| is_bad(x)).collect();
+    (bad.len(), bad[0])
+}
+
+/// What a check says where bad samples are as told, and so are the densities asked and what is left over; and how many were rejected.
+fn counted(
+    check: &str,
+    fault: impl Fn(f64) -> Option<Sample<f64>> + Sync,
+    asked: impl Fn(f64) -> f64 + Sync,
+    rest: impl Fn(f64) -> f64 + Sync,
+) -> (String, u64) {
+    let sample = |xi: &[f64]| if is_bad(xi[0]) { fault(xi[0]) } else { plain(xi) };
+    let told = Told {
+        left_over: Some(Box::new(|xi: &[f64]| rest(xi[0]))),
+        ..Told::new(line(), sample, |&x| asked(x))
+    };
+    let examination = alone(warpcheck::verify(&told).samples(COUNTED as u64), check);
+    (found(&examination, check, "").detail.clone(), examination.rejected)
+}
+
+fn one(_: f64) -> f64 {
+    1.0
+}
+
+fn half(_: f64) -> f64 {
+    0.5
+}
+
+fn fine(x: f64) -> Option<Sample<f64>> {
+    plain(&[x])
+}
+
+fn dense(density: f64) -> impl Fn(f64) -> Option<Sample<f64>> {
+    move |point: f64| Some(Sample { point, density })
+}
+
+#[test]
+fn impossible_samples_are_counted() {
+    let (count, first) = bad_ones();
     assert!(count > 1);
-    let said = |fault: &(dyn Fn(f64) -> Option<Sample<f64>> + Sync),
-                asked: &(dyn Fn(f64) -> f64 + Sync),
-                rest: &(dyn Fn(f64) -> f64 + Sync)| {
-        let sample = |xi: &[f64]| if bad(xi[0]) { fault(xi[0]) } else { plain(xi) };
-        let told = Told {
-            left_over: Some(Box::new(|xi: &[f64]| rest(xi[0]))),
-            ..Told::new(line(), sample, |&x| asked(x))
-        };
-        let judged = |check| alone(warpcheck::verify(&told).samples(SAMPLES as u64), check);
-        let examination = judged("support");
-        (
-            found(&examination, "support", "").detail.clone(),
-            found(&judged("agreement"), "agreement", "").detail.clone(),
-            examination.rejected,
-        )
-    };
-    let (one, half) = (|_: f64| 1.0, |_: f64| 0.5);
-    let fine = |x: f64| plain(&[x]);
     let of = |what: &str, why: String| {
-        format!("{count} of {SAMPLES} samples {what}; the first: {why} (xi = {:?})", [first])
+        format!("{count} of {COUNTED} samples {what}; the first: {why} (xi = {:?})", [first])
     };
-    let dense = |density: f64| move |point: f64| Some(Sample { point, density });
-    let all_fine = (
-        format!("all {SAMPLES} samples lie where the density is positive"),
-        format!(
-            "the density returned is the density asked, within 1e-4 or a rounding of the point, for all {SAMPLES} samples asked"
-        ),
-        0,
-    );
-    assert_eq!(said(&fine, &one, &half), all_fine);
-    assert_eq!(
-        said(&|x| Some(Sample { point: x + 1.0, density: 1.0 }), &one, &half).0,
-        of(
-            "are outside of the domain",
-            format!("the point {:?} is {}, outside of [0, 1]", first + 1.0, first + 1.0)
-        )
-    );
-    assert_eq!(
-        said(&dense(f64::NAN), &one, &half).0,
-        of("have an impossible density", format!("the density at {first:?} is NaN"))
-    );
-    assert_eq!(
-        said(&dense(-1.0), &one, &half).0,
-        of("have an impossible density", format!("the density at {first:?} is -1"))
-    );
-    assert_eq!(
-        said(&dense(0.0), &one, &half).0,
-        format!(
-            "all {SAMPLES} samples lie where the density is positive, but {count} of them have the density 0 on a border: too many for rounding"
-        )
-    );
+    let all = format!("all {COUNTED} samples lie where the density is positive");
+    assert_eq!(counted("support", fine, one, half).0, all);
+    let beyond = counted("support", |x| Some(Sample { point: x + 1.0, density: 1.0 }), one, half).0;
+    let why = format!("the point {:?} is {}, outside of [0, 1]", first + 1.0, first + 1.0);
+    assert_eq!(beyond, of("are outside of the domain", why));
+    for density in [f64::NAN, -1.0] {
+        let said = counted("support", dense(density), one, half).0;
+        let why = format!("the density at {first:?} is {density}");
+        assert_eq!(said, of("have an impossible density", why));
+    }
+    let infinite = counted("support", fine, |x| if is_bad(x) { f64::INFINITY } else { 1.0 }, half).0;
+    let why = format!("asked for the density at {first:?}, it says inf");
+    assert_eq!(infinite, of("have an impossible density", why));
+    let rest = counted("support", fine, one, |x| if is_bad(x) { 1.0 } else { 0.0 }).0;
+    assert_eq!(rest, of("leave over a variate outside of [0, 1)", "the variate left over is 1".to_owned()));
+}
+
+#[test]
+fn samples_without_density_are_counted() {
+    let (count, first) = bad_ones();
+    let on_border = counted("support", dense(0.0), one, half).0;
+    let all = format!("all {COUNTED} samples lie where the density is positive");
+    let too_many = "have the density 0 on a border: too many for rounding";
+    assert_eq!(on_border, format!("{all}, but {count} of them {too_many}"));
     let nowhere = |x: f64| if (0.299_998..0.300_402).contains(&x) { 0.0 } else { 1.0 };
-    assert_eq!(
-        said(&dense(0.0), &nowhere, &half).0.split(" samples").next().unwrap(),
-        format!("{count} of {SAMPLES}")
-    );
-    assert!(said(&dense(0.0), &nowhere, &half).0.ends_with(&format!(
-        "are where the density is 0; the first: the density at {first:?} is 0 (xi = {:?})",
-        [first]
-    )));
-    let zero = said(&fine, &|x| if bad(x) { 0.0 } else { 1.0 }, &half);
-    assert!(zero.0.contains(&format!("{count} of {SAMPLES} samples are where the density is 0; the first: asked, the density at {first:?} is 0")), "{}", zero.0);
-    let infinite = said(&fine, &|x| if bad(x) { f64::INFINITY } else { 1.0 }, &half);
-    assert_eq!(
-        infinite.0,
-        of("have an impossible density", format!("asked for the density at {first:?}, it says inf"))
-    );
-    assert_eq!(
-        said(&fine, &one, &|x| if bad(x) { 1.0 } else { 0.0 }).0,
-        of("leave over a variate outside of [0, 1)", "the variate left over is 1".to_owned())
-    );
-    let (_, none, rejected) = said(&|_| None, &one, &half);
-    assert_eq!(
-        (none.ends_with(&format!("for all {} samples asked", SAMPLES - count)), rejected),
-        (true, count as u64)
-    );
-    // The densities of the point's neighbours explain what a rounding may do, twice over.
+    let said = counted("support", dense(0.0), nowhere, half).0;
+    let where_it_is = format!("{count} of {COUNTED} samples are where the density is 0; the first: ");
+    assert_eq!(said, format!("{where_it_is}the density at {first:?} is 0 (xi = {:?})", [first]));
+    let asked = counted("support", fine, |x| if is_bad(x) { 0.0 } else { 1.0 }, half).0;
+    assert!(asked.starts_with(&format!("{where_it_is}asked, the density at {first:?} is 0")), "{asked}");
+}
+
+/// The densities of the point's neighbours explain what a rounding may do, twice over.
+#[test]
+fn densities_that_differ_are_counted() {
+    let (count, first) = bad_ones();
+    let (none, rejected) = counted("agreement", |_| None, one, half);
+    let asked = COUNTED - count;
+    assert!(none.ends_with(&format!("for all {asked} samples asked")) && rejected == count as u64, "{none}");
     let steep = |slope: f64, off: f64| {
         let density = move |x: f64| 1.0 + slope * (x - 0.3);
-        said(
-            &move |x| Some(Sample { point: x, density: density(x) + off }),
-            &move |x| if bad(x) { density(x) } else { 1.0 },
-            &half,
-        )
-        .1
+        let fault = move |x: f64| Some(Sample { point: x, density: density(x) + off });
+        counted("agreement", fault, move |x| if is_bad(x) { density(x) } else { 1.0 }, half).0
     };
-    assert!(steep(0.0, 0.99e-4).starts_with("the density returned is"));
-    let worst = steep(0.0, 0.01);
-    assert_eq!(
-        worst,
-        format!(
-            "the density returned differs from the density asked for {count} of {SAMPLES} samples, at worst by a factor of 1 + 1.00e-2: {:e} came with the point {first:?}, where asking gives 1e0 (xi = {:?})",
-            1.01,
-            [first]
-        )
-    );
+    let is_right = |said: String| said.starts_with("the density returned is the density asked");
+    let differs =
+        format!("the density returned differs from the density asked for {count} of {COUNTED} samples");
+    let how = "at worst by a factor of 1 + 1.00e-2: 1.01e0 came with the point";
+    let where_it_is = format!("{first:?}, where asking gives 1e0 (xi = {:?})", [first]);
+    assert_eq!(steep(0.0, 0.01), format!("{differs}, {how} {where_it_is}"));
     // A slope of 1000 makes 2.5e-4 of a rounding of 2.5e-7, to either side, and the spread of both is allowed for once more.
-    assert!(
-        steep(1000.0, 7e-4).starts_with("the density returned is")
-            && steep(1000.0, 9e-4).starts_with("the density returned differs")
-    );
-    assert!(
-        steep(1000.0, -6e-4).starts_with("the density returned is")
-            && steep(1000.0, -9e-4).starts_with("the density returned differs")
-    );
+    assert!(is_right(steep(0.0, 0.99e-4)) && is_right(steep(1000.0, 7e-4)) && is_right(steep(1000.0, -6e-4)));
+    assert!(!is_right(steep(1000.0, 9e-4)) && !is_right(steep(1000.0, -9e-4)));
 }
 
 /// Later than the fourth shard, only each sixteenth sample is asked for its density again.

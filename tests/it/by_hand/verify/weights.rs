@@ -81,7 +81,7 @@ fn known_integrals_by_hand() {
 /// How many samples lie how many promised spreads from the mean, by Chebyshev's inequality.
 #[test]
 fn spreads_of_importance() {
-    const SAMPLES: usize = 20_000;
+    const SAMPLES: usize = 8_000;
     let judged = |function: &(dyn Fn(f64) -> f64 + Send + Sync), spread: f64| {
         let sampler = told();
         let verify = warpcheck::verify(&sampler).importance(|x| function(*x), spread).samples(SAMPLES as u64);

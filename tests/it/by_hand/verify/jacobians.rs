@@ -1,0 +1,94 @@
+//! density x |det| = 1, place by place: how many places are asked, and what is said of them.
+
+use super::*;
+use warpcheck::domain::Interval;
+use warpcheck::random::fill_unit;
+use warpcheck::verify::Verdict;
+
+/// The places: variates on a lattice of 2^-20, with room at both ends.
+fn places() -> Vec<f64> {
+    let mut xi = vec![0.0; 384];
+    fill_unit(&mut stream(1, "jacobian", 0), &mut xi);
+    xi.iter().map(|x| ((1.0 / 64.0 + 31.0 / 32.0 * x) * 1_048_576.0).floor() / 1_048_576.0).collect()
+}
+
+fn judged(told: Told<'_, Interval>) -> Finding {
+    found(&alone(warpcheck::verify(&told).samples(1000), "jacobian"), "jacobian", "").clone()
+}
+
+/// Variates as they are, of this density.
+fn plain<'a>(density: f64) -> Told<'a, Interval> {
+    Told::new(
+        Interval::new(0.0, 1.0),
+        move |xi: &[f64]| Some(Sample { point: xi[0], density }),
+        move |_| density,
+    )
+}
+
+#[test]
+fn how_many_places_answer() {
+    let right = judged(plain(1.0));
+    is_certain(&right, Verdict::Pass);
+    let all =
+        "density x |det d point / d xi| = 1 at 384 places; 0 places skipped, where differences don't settle";
+    assert_eq!(right.detail, all);
+    // Eight of them must be wrong, which 16.6 on average are with probability 0.99.
+    assert!(
+        right.sees.starts_with("a relative error of 5.")
+            && right.sees.ends_with("e-4 over 4.3% of the variates"),
+        "{}",
+        right.sees
+    );
+    let slow = judged(Told { is_slow: true, ..plain(1.0) });
+    assert!(slow.detail.starts_with("density x |det d point / d xi| = 1 at 64 places; 0"), "{}", slow.detail);
+    // Of 64 places three must be: 9 of them on average.
+    assert!(slow.sees.ends_with("e-4 over 14.1% of the variates"), "{}", slow.sees);
+    // Samples that are rejected answer nothing, nor do those whose differences reach there.
+    let kept = |to: f64| {
+        let sample = move |xi: &[f64]| (xi[0] < to).then_some(Sample { point: xi[0], density: 1.0 });
+        judged(Told::new(Interval::new(0.0, 1.0), sample, |_| 1.0))
+    };
+    let there = places().iter().filter(|&&x| x < 0.5).count();
+    let numbers: Vec<usize> = kept(0.5).detail.split(' ').filter_map(|word| word.parse().ok()).collect();
+    assert_eq!(numbers[1] + numbers[2], there, "{}", kept(0.5).detail);
+    assert!(numbers[2] < 8, "{}", kept(0.5).detail);
+    // Fewer than sixteen say nothing.
+    let few = kept(0.02);
+    assert_eq!(few.evidence, Evidence::Unanswered);
+    assert!(few.detail.starts_with("only ") && few.detail.contains(" places answer; "), "{}", few.detail);
+}
+
+#[test]
+fn densities_that_are_off_everywhere() {
+    for (density, verdict) in [
+        (1.000_48, Verdict::Pass),
+        (0.999_52, Verdict::Pass),
+        (1.000_6, Verdict::Fail),
+        (0.999_4, Verdict::Fail),
+    ] {
+        is_certain(&judged(plain(density)), verdict);
+    }
+    let twice = judged(plain(2.0));
+    let words =
+        "density x |det d point / d xi| is not 1 at 384 of 384 places; its median there is 2.00000, at 0.";
+    assert!(
+        twice.detail.starts_with(words)
+            && twice.detail.ends_with("]); 0 places skipped, where differences don't settle"),
+        "{}",
+        twice.detail
+    );
+    // By a square root the density is 2 x: right, or with a square root too many.
+    let root = |density: fn(f64) -> f64| {
+        let sample = move |xi: &[f64]| Some(Sample { point: xi[0].sqrt(), density: density(xi[0].sqrt()) });
+        judged(Told::new(Interval::new(0.0, 1.0), sample, move |&x| density(x)))
+    };
+    is_certain(&root(|x| 2.0 * x), Verdict::Pass);
+    is_certain(&root(|x| 1.5 * x.sqrt()), Verdict::Fail);
+    // The median of the wrong ones, by their size.
+    let wrong = root(|x| 3.0 * x * x);
+    let mut products: Vec<f64> = places().iter().map(|u| 1.5 * u.sqrt()).collect();
+    products.sort_by(f64::total_cmp);
+    let median: f64 =
+        wrong.detail.split("median there is ").nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
+    near(median, products[192], 0.02);
+}
