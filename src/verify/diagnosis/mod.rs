@@ -125,11 +125,13 @@ pub(super) fn of_mean(ratio: f64, tolerance: f64) -> Option<Diagnosis> {
     }
     // Of counts: 4 lights of 5, if so much can be told.
     let near = |(a, b): &(u32, u32)| (ratio * f64::from(*b) / f64::from(*a) - 1.0).abs() < tolerance;
-    let fractions = (2..=12).flat_map(|b| (1..=12).filter(move |&a| a != b).map(move |a| (a, b)));
+    let fractions = (1..=12).flat_map(|b| (1..=12).filter(move |&a| a != b).map(move |a| (a, b)));
     let told_apart = |&(a, b): &(u32, u32)| f64::from(b * a.max(b)) * tolerance < FRACTION;
     let fraction = fractions.filter(told_apart).find(near);
     let known = hypotheses::constant(ratio, tolerance, 1);
-    let (name, text) = match known.or_else(|| fraction.map(|(a, b)| format!("{a} / {b}"))) {
+    let (name, text) = match known
+        .or_else(|| fraction.map(|(a, b)| if b == 1 { a.to_string() } else { format!("{a} / {b}") }))
+    {
         Some(known) => {
             (format!("constant {known}"), format!("every value is {known} times what it should be"))
         }
@@ -324,5 +326,52 @@ fn unknown(tried: usize, nearest: Option<(&Fit, f64)>, counts: &Counts, gain: f6
         gain,
         margin: None,
         others,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_in_small_numbers() {
+        let name = |ratio: f64, tolerance: f64| of_mean(ratio, tolerance).map(|d| d.name).unwrap_or_default();
+        for (ratio, expected) in [
+            (0.8, "constant 4 / 5"),
+            (0.75, "constant 3 / 4"),
+            (2.5, "constant 5 / 2"),
+            (7.0 / 12.0, "constant 7 / 12"),
+            (3.0, "constant 3"),
+            (11.0, "constant 11"),
+            (1.0 / 3.0, "constant 1 / 3"),
+            (2.0, "constant 2"),
+            (0.13, "constant"),
+        ] {
+            assert_eq!(name(ratio, 1e-5), expected);
+            assert_eq!(name(ratio * (1.0 + 0.9e-5), 1e-5), expected);
+            assert_eq!(name(ratio * (1.0 - 1.1e-5), 1e-5), "constant");
+        }
+        // A fraction of greater numbers must be known more closely: 5 * 5 times the tolerance is a tenth at most.
+        assert_eq!(
+            (name(0.8, 3.9e-3), name(0.8, 4.1e-3), name(2.5, 9.9e-3), name(2.5, 0.0101)),
+            (
+                "constant 4 / 5".to_owned(),
+                "constant".to_owned(),
+                "constant 5 / 2".to_owned(),
+                "constant".to_owned()
+            )
+        );
+        assert_eq!(
+            (name(0.13, 0.049), name(0.13, 0.051), name(0.13, f64::NAN)),
+            ("constant".to_owned(), String::new(), String::new())
+        );
+        let text = |ratio: f64| of_mean(ratio, 1e-5).unwrap().text;
+        assert_eq!(
+            (text(0.75), text(0.13)),
+            (
+                "every value is 3 / 4 times what it should be".to_owned(),
+                "the mean is 0.130000 times what it should be".to_owned()
+            )
+        );
     }
 }
