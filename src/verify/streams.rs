@@ -292,3 +292,33 @@ impl Runs {
 fn chance(p: f64, detail: String) -> Finding {
     Finding::new(CHECK, Evidence::Chance { p, conservative: p }, detail)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of 200 points a class of less than a tenth is light: its square expects two of them.
+    #[test]
+    fn light_groups_share_a_class() {
+        let join = |of_leaf: &[Option<usize>], leaves: &[f64], groups: usize| {
+            join_light(of_leaf, leaves, groups, 200)
+        };
+        let each =
+            |masses: &[f64]| join(&(0..masses.len()).map(Some).collect::<Vec<_>>(), masses, masses.len());
+        assert_eq!(each(&[0.5, 0.5]), (vec![0, 1], 2));
+        // Two together weigh enough for a class of their own.
+        assert_eq!(each(&[0.09, 0.45, 0.09, 0.37]), (vec![0, 1, 0, 2], 3));
+        assert_eq!(
+            join(
+                &[Some(0), Some(0), Some(1), None, Some(2), Some(3)],
+                &[0.05, 0.04, 0.45, 0.2, 0.09, 0.17],
+                4
+            ),
+            (vec![0, 1, 0, 2], 3)
+        );
+        // What does not goes to the first class.
+        assert_eq!(each(&[0.47, 0.04, 0.45, 0.04]), (vec![0, 0, 1, 0], 2));
+        assert_eq!(each(&[0.101, 0.899]), (vec![0, 1], 2));
+        assert_eq!(each(&[0.099, 0.901]), (vec![0, 0], 1));
+    }
+}

@@ -1,7 +1,7 @@
 //! Streams: tables of classes counted here, equal points and runs that were put there.
 
 use super::*;
-use warpcheck::domain::{Discrete, Interval};
+use warpcheck::domain::{Discrete, Interval, Mixed, WithAtoms};
 use warpcheck::random::{stream, unit_f64};
 use warpcheck::statistics::normal;
 use warpcheck::verify::{Against, Verdict, streams};
@@ -268,6 +268,22 @@ fn runs_that_come_up_again() {
     let length = ((1e-8_f64 / (0.5 * 460.0 * 459.0)).ln() / rate.ln()).ceil();
     let detail = format!("runs of {length} points that come up again: 0");
     assert_eq!(found(&examination, "streams", "repeated runs").detail, detail);
+    assert!(examination.findings.iter().all(|f| f.part != "equal points"));
+    // So may atoms among other points.
+    let mixed = |s: &[usize]| {
+        s.iter()
+            .enumerate()
+            .map(|(i, &e)| {
+                if e == 0 {
+                    Mixed::Atom(0)
+                } else {
+                    Mixed::Continuous((i as f64 + 0.5 * e as f64) / 400.0 * 0.9)
+                }
+            })
+            .collect::<Vec<_>>()
+    };
+    let domain = WithAtoms::new(Interval::new(0.0, 1.0), 1);
+    let examination = streams(domain, &[mixed(&long), mixed(&short)]).unwrap().examine();
     assert!(examination.findings.iter().all(|f| f.part != "equal points"));
     // Too short for a run that says something.
     let examination = streams(Discrete::new(4), &[long, short[..10].to_vec()]).unwrap().examine();
