@@ -360,6 +360,11 @@ fn recordings_are_compared_row_by_row() {
             .starts_with("the domains differ")
     );
     let some = |counts: &[u64]| recording(Discrete::new(3), rows(counts, 64), entry).unwrap();
+    // More rows than are counted at once.
+    let many = recording(Discrete::new(3), rows(&[15_000, 12_000, 8_000, 7_000, 0], 10_000), entry).unwrap();
+    let examination = compare_recordings(&many, &some(&[400, 300, 350]), &Settings::default()).unwrap();
+    assert_eq!(examination.cells.iter().map(|c| c.observed).collect::<Vec<_>>(), [15_000, 12_000, 8_000]);
+    assert_eq!((examination.samples, examination.rejected), (42_000, 7_000));
     let settings = Settings { samples: 500, ..Settings::default() };
     let examination = compare_recordings(&some(&[400, 300, 350]), &some(&[70, 140, 70]), &settings).unwrap();
     assert_eq!((examination.samples, examination.against), (500, Against::Points(280)));
