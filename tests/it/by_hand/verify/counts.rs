@@ -164,6 +164,17 @@ fn light_entries_are_pooled() {
     assert_eq!(places, [("rejected", 0), ("the pool of light cells", 14)]);
     near(examination.elsewhere[1].expected, 5.6, 1e-9);
     assert_eq!(examination.scales, [3]);
+    // A pool is tested where it has a mass but no samples, and where it has samples but no mass.
+    let empty = entries(&masses, &[700, 350, 350, 0]);
+    near(
+        p_of(found(&empty, "chi-square", "pool of light cells")).0,
+        binomial::two_sided(0, 1400, 0.004).unwrap(),
+        1e-9,
+    );
+    let massless = entries(&[0.5, 0.5, 0.0], &[700, 693, 7]);
+    let pool = found(&massless, "chi-square", "pool of light cells");
+    assert_eq!((pool.detail.split(" samples").next(), p_of(pool).0), (Some("7"), 0.0));
+    assert_eq!(massless.elsewhere[1].observed, 7);
     // Two apart from each other, 9 and 3 expected together, are a cell.
     let masses = [0.004, 0.496, 0.496, 0.004];
     let examination = entries(&masses, &[4, 694, 694, 8]);
