@@ -52,6 +52,8 @@ pub mod report;
 pub mod sampler;
 #[cfg(feature = "render")]
 pub mod scene;
+#[cfg(any(feature = "render", feature = "foreign"))]
+mod spelling;
 pub mod statistics;
 #[cfg(feature = "render")]
 pub mod stress;

@@ -9,6 +9,7 @@ mod subject;
 pub use entries::{Entry, entries};
 pub use subject::{HistogramFigure, Subject};
 
+use crate::spelling::edit_distance;
 use std::path::{Path, PathBuf};
 
 /// Why an entry can't be made, naming its file.
@@ -81,20 +82,4 @@ pub fn find<'a>(entries: &'a [Entry], wanted: &str) -> Result<Vec<&'a Entry>, Op
     Err(nearest
         .filter(|(distance, name)| *distance * 2 <= name.len().max(wanted.len()))
         .map(|(_, name)| name))
-}
-
-/// Insertions, deletions and substitutions that turn one into the other (Levenshtein 1966).
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
