@@ -11,8 +11,7 @@ use std::time::{Duration, Instant};
 use warpcheck::domain::{Domain, Space};
 use warpcheck::foreign::{
     AGAIN, Columns, Convention, Coordinates, DomainName, Frame, Given, Keeping, Measure, Place, Program,
-    ProgramRows, Samples, Started, TIMEOUT, Table, WithTable, of_program, of_samples, read_array,
-    read_to_nothing,
+    ProgramRows, Samples, Started, Table, WithTable, of_program, of_samples, read_array, read_to_nothing,
 };
 use warpcheck::picture::{Compression, write_atomically, write_planes, write_png};
 use warpcheck::report;
@@ -64,7 +63,7 @@ pub struct Arguments {
     /// The integral that the mean of the columns `weight`, or `value` over `pdf`, should be
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true)]
     integral: Option<f64>,
-    /// Seconds that a program may take for an answer [default: 10]
+    /// Seconds that a program may take for its first line and for an answer [default: 60 and 10]
     #[arg(long, value_name = "SECONDS", value_parser = common::seconds, allow_negative_numbers = true)]
     timeout: Option<f64>,
     /// Samples, at most: all of a file, 1M of a program unless told
@@ -157,7 +156,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut may_jump = false;
     let examined = match &arguments.sampler {
         Some(command) => {
-            let started = Started::new(command, arguments.timeout.map_or(TIMEOUT, Duration::from_secs_f64))?;
+            let started = Started::new(command, arguments.timeout.map(Duration::from_secs_f64))?;
             let domain = match (arguments.domain, started.greeting().get("domain")) {
                 (Some(domain), _) => domain,
                 (None, Some(said)) => {

@@ -180,6 +180,20 @@ pub struct Layout {
     kept: Option<usize>,
 }
 
+/// What is said where [`density_is_first`].
+pub(super) const DENSITY_IS_FIRST: &str = "columns 2 to 4 are unit vectors: is the density first?";
+
+/// Whether rows of four numbers are no directions with a density behind them, but one with a direction behind it.
+pub(super) fn density_is_first(rows: &[f64]) -> bool {
+    const SOME: usize = 8;
+    let is_unit = |w: &[f64]| (w.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-4;
+    // The points of rejected samples may be anything.
+    let rows = || rows.chunks_exact(4).filter(|row| row.iter().all(|x| x.is_finite()));
+    let of_unit = |from: usize| rows().filter(|row| is_unit(&row[from..from + 3])).count();
+    let count = rows().count();
+    count >= SOME && of_unit(1) == count && 2 * of_unit(0) < count
+}
+
 /// Names of columns beside those of points.
 const OTHERS: [&str; 5] = ["pdf", "weight", "value", "kept", "_"];
 

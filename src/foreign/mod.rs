@@ -29,6 +29,6 @@ pub use domain_name::DomainName;
 pub use error::ReadError;
 pub use npy::NpyHeader;
 pub use process::{Greeting, ProgramError};
-pub use program::{Program, ProgramRows, Started, TIMEOUT, WithTable};
+pub use program::{FIRST_TIMEOUT, Program, ProgramRows, Started, TIMEOUT, WithTable};
 pub use source::{Held, Keeping, Place, Samples, read_array, read_to_nothing};
 pub use table::{Table, TableError};

@@ -3,6 +3,8 @@
 //! Every question is written whole before the answer is read, and is small enough for a pipe's buffer, so that neither side waits for the other for ever.
 //! Several threads ask several copies of the program. A watch kills a copy that doesn't answer in time, which ends the read that waits for it.
 
+use super::columns::DENSITY_IS_FIRST;
+use crate::spelling::meant;
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -20,6 +22,14 @@ pub enum ProgramError {
     Command {
         /// The command line.
         command: String,
+    },
+    /// The command line asks for what only a shell does.
+    #[error("`{command}` has a bare `{word}`, but there is no shell between: `sh -c '…'` is one")]
+    Shell {
+        /// The command line.
+        command: String,
+        /// The word.
+        word: String,
     },
     /// It doesn't start.
     #[error("can't start `{command}`: {why}")]
@@ -52,7 +62,9 @@ pub enum ProgramError {
         last_words: String,
     },
     /// It took too long.
-    #[error("`{command}` gave no answer in {seconds} s {when}{last_words}")]
+    #[error(
+        "`{command}` gave no answer in {seconds} s {when}: is its output flushed? (--timeout gives it longer){last_words}"
+    )]
     Hangs {
         /// The command line.
         command: String,
@@ -60,6 +72,24 @@ pub enum ProgramError {
         seconds: f64,
         /// What it was asked.
         when: String,
+        /// What it wrote to standard error.
+        last_words: String,
+    },
+    /// Its answer ends early.
+    #[error("`{command}` wrote {bytes} of {of} bytes in {seconds} s {when}: {what}{last_words}")]
+    Short {
+        /// The command line.
+        command: String,
+        /// Bytes that it wrote.
+        bytes: usize,
+        /// Bytes of a whole answer.
+        of: usize,
+        /// The time it had.
+        seconds: f64,
+        /// What it was asked.
+        when: String,
+        /// What they may be.
+        what: String,
         /// What it wrote to standard error.
         last_words: String,
     },
@@ -90,13 +120,73 @@ pub enum ProgramError {
         second: String,
     },
     /// It wrote more than it was asked for.
-    #[error("`{command}` wrote {bytes} bytes more than it was asked for")]
+    #[error("`{command}` wrote {}{bytes} bytes more than it was asked for{when}{what}", at_least(*.bytes))]
     TooMuch {
         /// The command line.
         command: String,
         /// How many.
         bytes: usize,
+        /// What it was asked, if that is known.
+        when: String,
+        /// What they may be.
+        what: String,
     },
+    /// Its points are where its densities look as if they were.
+    #[error("the answers of `{command}`: {} (an answer is the point, then its density)", DENSITY_IS_FIRST)]
+    DensityFirst {
+        /// The command line.
+        command: String,
+    },
+}
+
+fn at_least(bytes: usize) -> &'static str {
+    if bytes as u64 >= BEYOND { "at least " } else { "" }
+}
+
+/// What an answer of so many bytes has in each of its rows, where it has as much in each.
+fn widths(bytes: usize, of: usize, rows: usize) -> Option<String> {
+    if rows == 0 || bytes == 0 || bytes == of || !bytes.is_multiple_of(rows) {
+        return None;
+    }
+    let numbers = |n: usize| format!("{n} number{}", if n == 1 { "" } else { "s" });
+    let (each, due) = (bytes / rows, of / rows / 8);
+    let doubles = each.is_multiple_of(8).then_some(each / 8);
+    let columns = match doubles {
+        Some(n) if n + 1 == due => Some("a column missing"),
+        Some(n) if n < due => Some("columns missing"),
+        Some(n) if n == due + 1 => Some("a column too many"),
+        Some(_) => Some("columns too many"),
+        None => None,
+    };
+    let singles = each == 4 * due;
+    let guesses: Vec<&str> = singles.then_some("f32 for f64").into_iter().chain(columns).collect();
+    let words = doubles.map(numbers).into_iter().chain(singles.then(|| numbers(due) + " of 32 bits"));
+    let words: Vec<String> = words.collect();
+    let are = if due == 1 { "is" } else { "are" };
+    (!words.is_empty())
+        .then(|| format!("{} a row where {due} {are} due; {}?", words.join(" or "), guesses.join(", or ")))
+}
+
+fn only_answers(text: String) -> String {
+    format!("`{text}`? Nothing but answers goes to standard output")
+}
+
+/// The longest text among bytes, if it is long enough to be no accident, or all of `extra` bytes at one of the ends.
+fn text_among(bytes: &[u8], extra: usize) -> Option<String> {
+    const NO_ACCIDENT: usize = 16;
+    const QUOTED: usize = 60;
+    let is_text = |b: &u8| b.is_ascii_graphic() || b.is_ascii_whitespace();
+    let runs = bytes.split(|b| !is_text(b));
+    let longest = runs.max_by_key(|run| run.len()).filter(|run| run.len() >= NO_ACCIDENT);
+    let ends = || {
+        let (front, back) = (bytes.get(..extra)?, bytes.get(bytes.len() - extra..)?);
+        [back, front].into_iter().find(|end| extra > 0 && end.iter().all(is_text))
+    };
+    let text = String::from_utf8_lossy(longest.or_else(ends)?).trim().to_owned();
+    let line = text.lines().next().unwrap_or_default();
+    let quoted: String = line.chars().take(QUOTED).collect();
+    let more = if quoted.len() < text.len() { "…" } else { "" };
+    Some(format!("{quoted}{more}"))
 }
 
 /// What a program says of itself.
@@ -107,6 +197,9 @@ pub struct Greeting {
 }
 
 impl Greeting {
+    /// All keys that there are.
+    pub const KEYS: [&str; 6] = ["domain", "dimensions", "frame", "measure", "grid", "density"];
+
     /// The value of a key.
     pub fn get(&self, key: &str) -> Option<&str> {
         self.words.iter().find(|(k, _)| k == key).map(|(_, value)| value.as_str())
@@ -119,6 +212,11 @@ const WORDS_KEPT: usize = 20;
 const NUMBERS: usize = 4096;
 /// Questions in one request, at most.
 pub(super) const REQUEST: usize = 1024;
+/// What a shell would make a pipe, a sequence or a redirection of.
+const SHELL: [&str; 10] = ["|", "||", "&&", "&", ";", "<", ">", ">>", "2>", "2>&1"];
+/// Bytes beyond an answer that are counted, at most, and the time for them.
+const BEYOND: u64 = 1 << 20;
+const BEYOND_TIME: Duration = Duration::from_secs(1);
 const WATCH_EVERY: Duration = Duration::from_millis(50);
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -170,16 +268,23 @@ impl Watch {
 pub(super) struct Process {
     pub command: String,
     words: Vec<String>,
-    timeout: Duration,
+    /// Of an answer, and of the first line.
+    timeouts: [Duration; 2],
     pub greeting: Greeting,
     idle: Mutex<Vec<Copy>>,
     watch: Arc<Watch>,
 }
 
 impl Process {
-    pub fn start(command: &str, timeout: Duration) -> Result<Self, ProgramError> {
+    pub fn start(command: &str, timeouts: [Duration; 2]) -> Result<Self, ProgramError> {
         let words = shlex::split(command).filter(|words| !words.is_empty());
         let words = words.ok_or_else(|| ProgramError::Command { command: command.to_owned() })?;
+        // In quotes it is an argument like others.
+        let bare =
+            |word: &&str| words.iter().any(|w| w == word) && command.split_whitespace().any(|w| w == *word);
+        if let Some(word) = SHELL.iter().find(|word| bare(word)) {
+            return Err(ProgramError::Shell { command: command.to_owned(), word: (*word).to_owned() });
+        }
         let watch = Arc::new(Watch {
             start: Instant::now(),
             leashes: Mutex::default(),
@@ -190,7 +295,7 @@ impl Process {
         let mut process = Self {
             command: command.to_owned(),
             words,
-            timeout,
+            timeouts,
             greeting: Greeting::default(),
             idle: Mutex::default(),
             watch,
@@ -251,11 +356,12 @@ impl Process {
 
     fn greeting(&self, copy: &mut Copy) -> Result<Greeting, ProgramError> {
         let mut line = Vec::new();
-        self.hold(copy);
+        let time = self.timeouts[1];
+        self.hold(copy, time);
         let read = copy.stdout.by_ref().take(GREETING_LIMIT).read_until(b'\n', &mut line);
         copy.leash.deadline.store(0, Ordering::Relaxed);
         if read.is_err() || line.is_empty() {
-            return Err(self.gone(copy, "before its first line"));
+            return Err(self.gone(copy, "before its first line", time, (&[], 0, 0)));
         }
         let wrong = |why: String| ProgramError::Greeting { command: self.command.clone(), why };
         let text = String::from_utf8_lossy(&line).trim_end().to_owned();
@@ -272,18 +378,31 @@ impl Process {
         let pair = |word: &str| {
             let (key, value) =
                 word.split_once('=').ok_or_else(|| wrong(format!("`{word}` is not key=value")))?;
+            if !Greeting::KEYS.contains(&key) {
+                let near = meant(key, &Greeting::KEYS).map_or_else(
+                    || format!("there are {}", Greeting::KEYS.join(", ")),
+                    |near| format!("did you mean `{near}`?"),
+                );
+                return Err(wrong(format!("there is no key `{key}`; {near}")));
+            }
             Ok((key.to_owned(), value.to_owned()))
         };
         Ok(Greeting { words: words.map(pair).collect::<Result<_, _>>()? })
     }
 
-    fn hold(&self, copy: &Copy) {
-        let deadline = (self.watch.start.elapsed() + self.timeout).as_millis() as u64;
+    fn hold(&self, copy: &Copy, time: Duration) {
+        let deadline = (self.watch.start.elapsed() + time).as_millis() as u64;
         copy.leash.deadline.store(deadline.max(1), Ordering::Relaxed);
     }
 
-    /// What became of a copy whose pipe broke.
-    fn gone(&self, copy: &mut Copy, when: &str) -> ProgramError {
+    /// What became of a copy whose pipe broke, or who had no more `time`; what there is of its answer, how many bytes are due, and in how many rows.
+    fn gone(
+        &self,
+        copy: &mut Copy,
+        when: &str,
+        time: Duration,
+        (answer, of, rows): (&[u8], usize, usize),
+    ) -> ProgramError {
         copy.stdin = None;
         let (command, when) = (self.command.clone(), when.to_owned());
         let hangs = copy.leash.pulled.load(Ordering::Relaxed);
@@ -302,10 +421,37 @@ impl Process {
         let words: Vec<String> = lock(&copy.last_words).iter().cloned().collect();
         let last_words =
             if words.is_empty() { String::new() } else { format!("; it said: {}", words.join(" | ")) };
-        if hangs {
-            return ProgramError::Hangs { command, seconds: self.timeout.as_secs_f64(), when, last_words };
+        let (seconds, bytes) = (time.as_secs_f64(), answer.len());
+        let what = || text_among(answer, 0).map(only_answers).or_else(|| widths(bytes, of, rows));
+        match (hangs, bytes) {
+            (true, 0) => ProgramError::Hangs { command, seconds, when, last_words },
+            (true, _) => {
+                let late = || "is all of it flushed? (--timeout gives it longer)".to_owned();
+                let what = what().unwrap_or_else(late);
+                ProgramError::Short { command, bytes, of, seconds, when, what, last_words }
+            }
+            (false, 0) => ProgramError::Died { command, how, when, last_words },
+            (false, _) => {
+                let what = what().map_or_else(String::new, |what| format!(": {what}"));
+                let when = format!("{when}, after {bytes} of {of} bytes{what}");
+                ProgramError::Died { command, how, when, last_words }
+            }
         }
-        ProgramError::Died { command, how, when, last_words }
+    }
+
+    /// What a copy wrote beyond its answer, which stands in front of it. It is ended.
+    fn too_much(&self, copy: &mut Copy, answer: &[u8], rows: usize, when: &str) -> ProgramError {
+        copy.stdin = None;
+        let mut all = answer.to_vec();
+        self.hold(copy, BEYOND_TIME.min(self.timeouts[0]));
+        let _ = copy.stdout.by_ref().take(BEYOND).read_to_end(&mut all);
+        copy.leash.deadline.store(0, Ordering::Relaxed);
+        copy.end();
+        let bytes = all.len() - answer.len();
+        let what =
+            text_among(&all, bytes).map(only_answers).or_else(|| widths(all.len(), answer.len(), rows));
+        let what = what.map_or_else(String::new, |what| format!(": {what}"));
+        ProgramError::TooMuch { command: self.command.clone(), bytes, when: format!(" {when}"), what }
     }
 
     /// Asks `word` of `count` rows of numbers; the answer has `each` numbers for every row.
@@ -327,26 +473,44 @@ impl Process {
             None => self.spawn()?.0,
         };
         let most = REQUEST.min(NUMBERS / width.max(1)).max(1);
-        let mut bytes = Vec::new();
+        let (mut question, mut answer) = (Vec::new(), Vec::new());
         for rows in rows.chunks(most * width) {
             let count = rows.len() / width;
             let when = || format!("when asked `{word} {count}`");
-            bytes.clear();
-            bytes.extend(format!("{word} {count}\n").bytes());
-            rows.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
-            self.hold(&copy);
+            // What is left over would be taken for the beginning of every answer from here on. And the program would be that far ahead of us: once its
+            // pipe is full of what nobody reads, it waits for us to read, and we for it to take a question.
+            if !copy.stdout.buffer().is_empty() {
+                return Err(self.too_much(
+                    &mut copy,
+                    &[],
+                    0,
+                    &format!("before it was asked `{word} {count}`"),
+                ));
+            }
+            question.clear();
+            question.extend(format!("{word} {count}\n").bytes());
+            rows.iter().for_each(|x| question.extend(x.to_le_bytes()));
+            self.hold(&copy, self.timeouts[0]);
             let written = match &mut copy.stdin {
-                Some(stdin) => stdin.write_all(&bytes).and_then(|()| stdin.flush()),
+                Some(stdin) => stdin.write_all(&question).and_then(|()| stdin.flush()),
                 None => Err(std::io::ErrorKind::BrokenPipe.into()),
             };
-            bytes.resize(8 * count * each, 0);
-            let read = written.and_then(|()| copy.stdout.read_exact(&mut bytes));
+            answer.resize(8 * count * each, 0);
+            // Who can't be written to may have left something to read all the same.
+            let read = copy.read(&mut answer);
             copy.leash.deadline.store(0, Ordering::Relaxed);
-            if read.is_err() {
-                return Err(self.gone(&mut copy, &when()));
+            if written.is_err() || read < answer.len() {
+                return Err(self.gone(
+                    &mut copy,
+                    &when(),
+                    self.timeouts[0],
+                    (&answer[..read], answer.len(), count),
+                ));
             }
-            let number = |bytes: &[u8]| f64::from_le_bytes([0, 1, 2, 3, 4, 5, 6, 7].map(|i| bytes[i]));
-            out.extend(bytes.chunks_exact(8).map(number));
+            if !copy.stdout.buffer().is_empty() {
+                return Err(self.too_much(&mut copy, &answer, count, &when()));
+            }
+            out.extend(answer.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes)));
         }
         lock(&self.idle).push(copy);
         Ok(())
@@ -356,13 +520,16 @@ impl Process {
     pub fn finish(&self) -> Result<(), ProgramError> {
         for mut copy in std::mem::take(&mut *lock(&self.idle)) {
             copy.stdin = None;
-            self.hold(&copy);
+            self.hold(&copy, self.timeouts[0]);
             let mut rest = Vec::new();
-            let _ = copy.stdout.by_ref().take(1 << 20).read_to_end(&mut rest);
+            let _ = copy.stdout.by_ref().take(BEYOND).read_to_end(&mut rest);
             copy.leash.deadline.store(0, Ordering::Relaxed);
             copy.end();
             if !rest.is_empty() {
-                return Err(ProgramError::TooMuch { command: self.command.clone(), bytes: rest.len() });
+                let what = text_among(&rest, rest.len()).map(only_answers);
+                let what = what.map_or_else(String::new, |what| format!(": {what}"));
+                let (command, bytes) = (self.command.clone(), rest.len());
+                return Err(ProgramError::TooMuch { command, bytes, when: String::new(), what });
             }
         }
         Ok(())
@@ -370,6 +537,19 @@ impl Process {
 }
 
 impl Copy {
+    /// Reads as far as there is something to read, and says how many bytes came.
+    fn read(&mut self, out: &mut [u8]) -> usize {
+        let mut came = 0;
+        while came < out.len() {
+            match self.stdout.read(&mut out[came..]) {
+                Ok(n) if n > 0 => came += n,
+                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+                _ => break,
+            }
+        }
+        came
+    }
+
     fn end(&mut self) {
         self.stdin = None;
         let mut child = lock(&self.child);

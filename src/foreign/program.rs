@@ -1,5 +1,6 @@
 //! A running program as a sampler: everything that is asked of samplers in Rust can be asked of it.
 
+use super::columns::density_is_first;
 use super::process::{Greeting, Process, ProgramError};
 use super::{Convention, Coordinates, Table, table};
 use crate::domain::{Knots, Space};
@@ -12,6 +13,8 @@ use std::time::Duration;
 
 /// How long a program may take for an answer, unless told.
 pub const TIMEOUT: Duration = Duration::from_secs(10);
+/// How long it may take for its first line, unless told: imports of numerical libraries are slow.
+pub const FIRST_TIMEOUT: Duration = Duration::from_secs(60);
 /// Texels of a grid, at most: quadrature asks each of them for its density.
 const MOST_TEXELS: usize = 1 << 24;
 /// Variates that are asked twice.
@@ -25,12 +28,14 @@ pub struct Started {
 }
 
 impl Started {
-    /// Starts `command`, which is split into words as a shell does, without a shell. Each answer may take `timeout`.
+    /// Starts `command`, which is split into words as a shell does, without a shell. The first line and each answer may take `timeout`; if none is told,
+    /// [`FIRST_TIMEOUT`] and [`TIMEOUT`].
     ///
     /// # Errors
     /// If it doesn't start, or its first line is not that of the protocol.
-    pub fn new(command: &str, timeout: Duration) -> Result<Self, ProgramError> {
-        Ok(Self { process: Process::start(command, timeout)? })
+    pub fn new(command: &str, timeout: Option<Duration>) -> Result<Self, ProgramError> {
+        let timeouts = [TIMEOUT, FIRST_TIMEOUT].map(|unless_told| timeout.unwrap_or(unless_told));
+        Ok(Self { process: Process::start(command, timeouts)? })
     }
 
     /// What it says of itself.
@@ -96,8 +101,8 @@ fn grid(space: &dyn Space, text: &str) -> Result<Knots, String> {
 ///
 /// ```no_run
 /// use warpcheck::domain::Hemisphere;
-/// use warpcheck::foreign::{Convention, Started, TIMEOUT};
-/// let program = Started::new("python3 sampler.py", TIMEOUT)?.on(Convention::new(Hemisphere))?;
+/// use warpcheck::foreign::{Convention, Started};
+/// let program = Started::new("python3 sampler.py", None)?.on(Convention::new(Hemisphere))?;
 /// let report = warpcheck::verify(&program).name("sampler.py").run();
 /// program.finish()?;
 /// report.assert();
@@ -179,18 +184,21 @@ impl<D: Coordinates> Program<D> {
                 what,
             });
         }
+        if self.convention.domain.has_frame() && density_is_first(&all) {
+            return Err(ProgramError::DensityFirst { command: self.process.command.clone() });
+        }
         let same = |a: &[f64], b: &[f64]| {
             a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan())
         };
-        match rows().find(|((a, b), _)| !same(a, b)) {
-            None => Ok(()),
-            Some(((a, b), xi)) => Err(ProgramError::Forgetful {
-                command: self.process.command.clone(),
-                xi: xi.to_vec(),
-                first: format!("{a:?}"),
-                second: format!("{b:?}"),
-            }),
-        }
+        let Some(((a, b), xi)) = rows().find(|((a, b), _)| !same(a, b)) else { return Ok(()) };
+        // One that says more than it is asked, little by little, has forgotten nothing.
+        self.process.finish()?;
+        Err(ProgramError::Forgetful {
+            command: self.process.command.clone(),
+            xi: xi.to_vec(),
+            first: format!("{a:?}"),
+            second: format!("{b:?}"),
+        })
     }
 }
 

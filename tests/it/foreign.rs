@@ -560,6 +560,14 @@ fn programs_that_misbehave_get_a_sentence() {
     misbehaves("echo hello", "the first line of");
     misbehaves("echo warpcheck 2 domain=square dimensions=2", "it speaks version 2, not 1");
     misbehaves("echo warpcheck 1 domain=square; cat > /dev/null", "`dimensions` is missing");
+    misbehaves(
+        "echo warpcheck 1 domain=square dimensions=2 framme=y-up; cat > /dev/null",
+        "there is no key `framme`; did you mean `frame`?",
+    );
+    misbehaves(
+        "echo warpcheck 1 domain=square dimensions=2 seed=7; cat > /dev/null",
+        "there is no key `seed`; there are domain, dimensions, frame, measure, grid, density",
+    );
     misbehaves("echo warpcheck 1 domain=ball dimensions=2; cat > /dev/null", "`ball` is no domain");
     for (grid, says) in [
         ("domain=square dimensions=2 grid=8", "grid=8 is not COLUMNSxROWS, such as 512x256"),
@@ -570,12 +578,85 @@ fn programs_that_misbehave_get_a_sentence() {
     ] {
         misbehaves(&format!("echo warpcheck 1 {grid}; cat > /dev/null"), says);
     }
-    misbehaves("exec sleep 30", "gave no answer in 1 s before its first line");
+    misbehaves(
+        "exec sleep 30",
+        "gave no answer in 1 s before its first line: is its output flushed? (--timeout gives it longer)",
+    );
     misbehaves(&format!("{greeting} cat > /dev/null"), "gave no answer in 1 s when asked `sample 64`");
     misbehaves(&format!("{greeting} read question; echo it is full >&2; exit 7"), "it said: it is full");
-    misbehaves(&format!("{greeting} yes"), "answers nonsense");
+    misbehaves(
+        &format!("{greeting} yes"),
+        "more than it was asked for before it was asked `sample 64`: `y…`?",
+    );
     expect(BAD, "can't start", &["--sampler", "/no/such/program"], &[]);
     expect(BAD, "is no command line", &["--sampler", "'"], &[]);
+    let pipe = format!("{} | cat", program(greeting));
+    expect(
+        BAD,
+        "has a bare `|`, but there is no shell between: `sh -c '…'` is one",
+        &["--sampler", &pipe],
+        &[],
+    );
+    expect(BAD, "it is `a | b`", &["--sampler", "echo a '|' b"], &[]);
+}
+
+/// Three numbers a row and 64 rows are due, 1536 bytes.
+#[cfg(unix)]
+#[test]
+fn answers_that_are_too_short_or_too_long_are_counted() {
+    let folder = Folder::new();
+    let greeting = "echo warpcheck 1 domain=square dimensions=2; read question;";
+    let answers = |script: &str, says: &str| {
+        let file = folder.file("program.sh", format!("{script} cat > /dev/null"));
+        expect(BAD, says, &["--sampler", &format!("sh {file}"), "--timeout", "1"], &[]);
+    };
+    let zeros = |bytes: usize| format!("{greeting} head -c {bytes} /dev/zero;");
+    answers(
+        &zeros(1024),
+        "wrote 1024 of 1536 bytes in 1 s when asked `sample 64`: 2 numbers a row where 3 are due; a column missing?",
+    );
+    answers(&zeros(768), "3 numbers of 32 bits a row where 3 are due; f32 for f64?");
+    answers(
+        &zeros(1000),
+        "wrote 1000 of 1536 bytes in 1 s when asked `sample 64`: is all of it flushed? (--timeout",
+    );
+    answers(
+        &zeros(2048),
+        "wrote 512 bytes more than it was asked for when asked `sample 64`: 4 numbers a row where 3 are due; a column too many?",
+    );
+    let says =
+        "wrote 6 bytes more than it was asked for when asked `sample 64`: `debug`? Nothing but answers";
+    answers(&format!("{greeting} echo debug; head -c 1536 /dev/zero;"), says);
+    answers(
+        &format!("{greeting} echo I am a debugging aid; head -c 1000 /dev/zero;"),
+        "wrote 1021 of 1536 bytes in 1 s when asked `sample 64`: `I am a debugging aid`?",
+    );
+    answers(
+        &format!("{} exit 3;", zeros(1024)),
+        "ended (exit status: 3) when asked `sample 64`, after 1024 of 1536 bytes: 2",
+    );
+    answers(
+        r"printf 'warpcheck 1 domain=square dimensions=2\nready\n';",
+        "wrote 6 bytes more than it was asked for before it was asked `sample 64`: `ready`?",
+    );
+}
+
+/// The Python example with a line of it changed.
+fn edited_example(folder: &Folder, python: &Path, from: &str, to: &str) -> String {
+    let script = std::fs::read_to_string(example("sampler.py")).unwrap();
+    assert!(script.contains(from));
+    format!("{} '{}'", python.display(), folder.file("edited.py", script.replace(from, to)))
+}
+
+#[test]
+fn columns_of_a_program_in_another_order_are_named() {
+    let Some(python) = tool("python3") else { return };
+    let folder = Folder::new();
+    let answer = "answer += *point, pdf(*point)";
+    let first = edited_example(&folder, &python, answer, "answer += pdf(*point), *point");
+    expect(BAD, "columns 2 to 4 are unit vectors: is the density first?", &["--sampler", &first], &[]);
+    let wide = edited_example(&folder, &python, answer, &format!("{answer}, 1.0"));
+    expect(BAD, "5 numbers a row where 4 are due; a column too many?", &["--sampler", &wide], &[]);
 }
 
 /// The example with a map in the place of its lobe: 15 x 9 texels on the sphere, constant per solid angle: too many
@@ -636,10 +717,7 @@ fn a_map_that_does_not_say_where_is_told_how() {
 fn a_program_with_a_state_is_refused() {
     let Some(python) = tool("python3") else { return };
     let folder = Folder::new();
-    let script = std::fs::read_to_string(example("sampler.py")).unwrap();
-    let script = script
-        .replace("point = sample(*numbers)", "import random; point = sample(random.random(), numbers[1])");
-    let file = folder.file("random.py", script);
-    let command = format!("{} '{file}'", python.display());
+    let random = "import random; point = sample(random.random(), numbers[1])";
+    let command = edited_example(&folder, &python, "point = sample(*numbers)", random);
     expect(BAD, "asked again", &["--sampler", &command], &[]);
 }
