@@ -4,7 +4,9 @@
 //! d omega = sin theta d theta d phi. The angles come from `atan2`, so that the last bits of a direction near
 //! either pole are kept.
 
-use super::{Cell, Confusion, Domain, Factor, Keeps, Location, Outside, Pixels, Space, TOLERANCE, turns};
+use super::{
+    Cell, Confusion, Domain, Factor, Keeps, Location, Outside, Pixels, Space, TOLERANCE, in_short, turns,
+};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -392,7 +394,7 @@ impl Domain for Hemisphere {
     fn locate(&self, w: &DVec3) -> Result<Location, Outside> {
         let (theta, phi) = angles(*w)?;
         if w.z < -TOLERANCE {
-            return Err(Outside(format!("is under the horizon: z = {:e}", w.z)));
+            return Err(Outside(format!("is under the horizon: z = {}", in_short(&w.z))));
         }
         Ok(Location { patch: 0, at: [(theta / FRAC_PI_2).min(1.0), phi / TAU] })
     }

@@ -33,6 +33,27 @@ pub use surface::{MeshSurface, SurfacePoint, Triangle};
 
 use std::fmt::{Debug, Display};
 
+/// A point, or other numbers, in few digits: `(0.897, 0.431, -9.51e-3)`. For people; who wants it again has the variates.
+pub(crate) fn in_short(point: &impl Debug) -> String {
+    let short = |number: &str| match number.parse::<f64>() {
+        Ok(x) if !number.contains(['.', 'e']) || !x.is_finite() || x == 0.0 => number.to_owned(),
+        Ok(x) if (0.01..1e4).contains(&x.abs()) => format!("{x:.3}"),
+        Ok(x) => format!("{x:.2e}"),
+        Err(_) => number.to_owned(),
+    };
+    let text = format!("{point:?}");
+    // Without the name of its type.
+    let is_name = |name: &str| name.chars().all(char::is_alphanumeric);
+    let numbers = text.find('(').filter(|at| is_name(&text[..*at])).map_or(text.as_str(), |at| &text[at..]);
+    let pieces = numbers.split_inclusive(|c: char| " ,()[]".contains(c));
+    pieces
+        .map(|piece| {
+            let number = piece.trim_end_matches(|c: char| " ,()[]".contains(c));
+            short(number) + &piece[number.len()..]
+        })
+        .collect()
+}
+
 /// How far a coordinate may stray from where it should be (unit length, barycentric coordinates, ends of an
 /// interval) before a point counts as outside: a dozen `f32` roundings.
 pub const TOLERANCE: f64 = 1.5e-6;
@@ -337,5 +358,13 @@ mod tests {
             assert!((i.value - truth).abs() <= 2.0 * i.error.max(1e-12), "{name}: {i:?}, truth {truth}");
             assert!(i.error < 1e-5 * truth, "{name}: {i:?}");
         }
+    }
+
+    #[test]
+    fn points_in_short() {
+        let w = glam::DVec3::new(0.89712345, 0.43, -9.514791423647385e-3);
+        assert_eq!(in_short(&w), "(0.897, 0.430, -9.51e-3)");
+        assert_eq!(in_short(&vec![1e-40, 0.0, f64::NAN]), "[1.00e-40, 0.0, NaN]");
+        assert_eq!((in_short(&7_usize), in_short(&0.25)), ("7".to_owned(), "0.250".to_owned()));
     }
 }

@@ -3,7 +3,7 @@
 //! The checks are compiled once, against [`Probe`]; only the loops of this file, where samples are drawn, are compiled for every domain, and none for every
 //! sampler: whoever tests many of their own waits for the compiler no longer.
 
-use crate::domain::{Cell, Domain, Knots, Location, Space};
+use crate::domain::{Cell, Domain, Knots, Location, Space, in_short};
 use crate::sampler::{Preimage, Sampler, fill_vec};
 
 /// What became of one set of variates.
@@ -271,7 +271,7 @@ impl<D: Domain> Probe for Subject<'_, D> {
     fn look(&self, xi: &[f64]) -> Option<Look> {
         let sample = self.sampler.sample(xi)?;
         Some(Look {
-            point: format!("{:?}", sample.point),
+            point: in_short(&sample.point),
             location: self.domain.locate(&sample.point).map_err(|why| why.0),
             density: sample.density,
             asked: self.sampler.density(&sample.point),
@@ -293,7 +293,7 @@ impl<D: Domain> Probe for Subject<'_, D> {
     }
 
     fn describe(&self, patch: usize, at: [f64; 2]) -> String {
-        format!("{:?}", self.domain.point(patch, at).0)
+        in_short(&self.domain.point(patch, at).0)
     }
 
     fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64> {
@@ -357,7 +357,7 @@ impl<D: Domain> Probe for Subject<'_, D> {
             let step = self.domain.displacement(&point, &again.point);
             step.map_or(f64::INFINITY, |[a, b]| a.hypot(b))
         });
-        Some(RoundTrip { xi: inverse, distance, point: format!("{point:?}") })
+        Some(RoundTrip { xi: inverse, distance, point: in_short(&point) })
     }
 
     fn left_over(&self, xi: &[f64]) -> Option<f64> {

@@ -7,7 +7,7 @@
 use super::examination::{Against, Examination, examine};
 use super::probe::{Draw, Fate, Look, Probe, RoundTrip, is_asked};
 use super::settings::Settings;
-use crate::domain::{Cell, Domain, Knots, Location, Space};
+use crate::domain::{Cell, Domain, Knots, Location, Space, in_short};
 use crate::sampler::Preimage;
 use std::error::Error;
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard};
@@ -423,7 +423,7 @@ impl<D: Domain> Probe for Recording<'_, D> {
             location: self.domain.locate(&point).map_err(|why| why.0),
             density,
             asked: if self.density.is_some() { self.density_of(&point) } else { density },
-            point: format!("{point:?}"),
+            point: in_short(&point),
         })
     }
 
@@ -445,7 +445,7 @@ impl<D: Domain> Probe for Recording<'_, D> {
     }
 
     fn describe(&self, patch: usize, at: [f64; 2]) -> String {
-        format!("{:?}", self.domain.point(patch, at).0)
+        in_short(&self.domain.point(patch, at).0)
     }
 
     fn densities_around(&self, xi: &[f64], epsilon: f64) -> Vec<f64> {

@@ -20,7 +20,7 @@ use super::report::Report;
 use super::setters::setters;
 use super::settings::{Drawn, Settings};
 use super::tally::SHARD;
-use crate::domain::{Cell, Domain, Knots, Location, Partition, Space};
+use crate::domain::{Cell, Domain, Knots, Location, Partition, Space, in_short};
 use crate::random::{fill_unit, stream};
 use crate::sampler::{Sampler, fill_vec};
 use crate::statistics::{binomial, chi_square, kolmogorov};
@@ -100,9 +100,9 @@ impl<D: Domain> Source for Drawing<'_, D> {
     fn complaint(&self, xi: &[f64]) -> String {
         let point = self.sampler.sample(xi).map(|s| s.point);
         let why = point.as_ref().and_then(|p| self.domain.locate(p).err());
-        point
-            .zip(why)
-            .map_or_else(String::new, |(point, why)| format!("xi = {xi:?} gives {point:?}, which {why}"))
+        point.zip(why).map_or_else(String::new, |(point, why)| {
+            format!("xi = {xi:?} gives {}, which {why}", in_short(&point))
+        })
     }
 }
 
