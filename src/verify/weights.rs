@@ -116,12 +116,21 @@ fn inverse_density(check: &'static str, case: &Case<'_>, alone: bool) -> Vec<Fin
     };
     let leaves = case.expectation.leaves.len();
     let limits: Vec<Option<f64>> = crate::parallel::map(leaves, |leaf| largest_weight(case, leaf));
-    let (mut asked, mut worst, mut of) = (0_u64, None::<(f64, String, f64)>, 0_u64);
+    let (mut asked, mut worst, mut of, mut needed) =
+        (0_u64, None::<(f64, String, f64)>, 0_u64, f64::INFINITY);
     let (mut share, mut error, mut lowest) = (0.0, 0.0_f64, 1.0_f64);
+    let n = case.tally.samples as f64;
     for (i, scale) in case.expectation.coarse.scales.iter().enumerate() {
         for (group, figure) in cells(case, i, &limits, one_sided) {
             of += 1;
-            let Some(figure) = figure else { continue };
+            let figure = match figure {
+                Ok(figure) => figure,
+                // What keeps others from being asked is not their number.
+                Err(samples) => {
+                    needed = needed.min(if samples > n { samples } else { f64::INFINITY });
+                    continue;
+                }
+            };
             asked += 1;
             lowest = lowest.min(figure.p_low);
             if i == 0 {
@@ -134,11 +143,16 @@ fn inverse_density(check: &'static str, case: &Case<'_>, alone: bool) -> Vec<Fin
         }
     }
     // Of those that fell anywhere.
-    let samples = case.tally.samples as f64;
-    share /= (1.0 - case.tally.rejected as f64 / samples).max(f64::MIN_POSITIVE);
+    share /= (1.0 - case.tally.rejected as f64 / n).max(f64::MIN_POSITIVE);
     let Some((p, place, ratio)) = worst else {
+        let (samples, round) = (case.tally.samples, 10_f64.powf(needed.log10().floor() - 1.0));
+        let first = if needed < 1e12 {
+            format!(" (it takes about {} at least)", (needed / round).ceil() * round)
+        } else {
+            String::new()
+        };
         let detail =
-            format!("the weights of all {of} cells have tails too heavy for {} samples", case.tally.samples);
+            format!("the weights of all {of} cells have tails too heavy for {samples} samples{first}");
         return vec![if alone {
             unjudged(detail)
         } else {
@@ -181,7 +195,8 @@ pub(super) fn common_ratio(case: &Case<'_>) -> Option<(f64, f64)> {
     let limits: Vec<Option<f64>> = (0..leaves).map(|leaf| largest_weight(case, leaf)).collect();
     case.expectation.coarse.scales.first()?;
     let partial = case.probe.partial();
-    let figures: Vec<Figure> = cells(case, 0, &limits, partial).filter_map(|(_, figure)| figure).collect();
+    let figures: Vec<Figure> =
+        cells(case, 0, &limits, partial).filter_map(|(_, figure)| figure.ok()).collect();
     let precision = |f: &Figure| 1.0 / f.relative_error.max(ROUNDING).powi(2);
     let total: f64 = figures.iter().map(precision).sum();
     let mean = figures.iter().map(|f| f.ratio * precision(f)).sum::<f64>() / total;
@@ -230,13 +245,13 @@ struct Figure {
     share: f64,
 }
 
-/// The cells of one of the two coarse scales, with a figure where they can be asked.
+/// The cells of one of the two coarse scales, with a figure where they can be asked, and otherwise with the samples that it takes.
 fn cells<'a>(
     case: &'a Case<'_>,
     which: usize,
     limits: &'a [Option<f64>],
     one_sided: bool,
-) -> impl Iterator<Item = (usize, Option<Figure>)> + 'a {
+) -> impl Iterator<Item = (usize, Result<Figure, f64>)> + 'a {
     let coarse = &case.expectation.coarse;
     let scale = &coarse.scales[which];
     let (masses, _) = case.expectation.masses_at(scale);
@@ -267,8 +282,11 @@ fn cells<'a>(
     let n = case.tally.samples as f64;
     let pilots = case.probe.pilots().unwrap_or(0) as f64;
     regions.into_iter().enumerate().map(move |(group, region)| {
-        let figure = |limit| region.figure(n, limit, region.skewness(limit, n, pilots), one_sided);
-        (group, region.limit.and_then(figure))
+        let figure = |limit| {
+            let skewness = region.skewness(limit, n, pilots);
+            region.figure(n, limit, skewness, one_sided).ok_or_else(|| region.needed(n, limit, skewness))
+        };
+        (group, region.limit.map_or(Err(f64::INFINITY), figure))
     })
 }
 
@@ -313,12 +331,27 @@ impl Region {
         }
     }
 
+    /// How many samples a cell has to have, and which share of the square of its weights the largest may have at most.
+    fn limits(&self) -> (f64, f64) {
+        match self.pilots {
+            None => (ENOUGH, LARGEST_SHARE),
+            Some(_) => (ENOUGH_RESOLVED, LARGEST_SHARE_RESOLVED),
+        }
+    }
+
+    /// Samples with which the cell would be asked, should its density go on as it is known by `n`.
+    fn needed(&self, n: f64, limit: f64, skewness: f64) -> f64 {
+        let (enough, largest_share) = self.limits();
+        let of_largest = limit * limit / (largest_share * self.least_square());
+        let all = [enough / self.mass, of_largest, n * (6.0 * skewness).powi(2)];
+        all.into_iter().fold(0.0, f64::max)
+    }
+
     /// Whether a cell is asked depends on its density alone: to ask those that happen to have many samples is to ask those whose mean comes out high.
     fn figure(&self, n: f64, limit: f64, skewness: f64, one_sided: bool) -> Option<Figure> {
         let [first, second, third] = self.sums.powers;
         let (measure, known) = (self.measure, self.pilots.is_none());
-        let (enough, largest_share) =
-            if known { (ENOUGH, LARGEST_SHARE) } else { (ENOUGH_RESOLVED, LARGEST_SHARE_RESOLVED) };
+        let (enough, largest_share) = self.limits();
         if !(n * self.mass >= enough) || !measure.is_finite() || !(measure > 0.0) || !third.is_finite() {
             return None;
         }
