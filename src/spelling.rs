@@ -19,7 +19,13 @@ pub fn edit_distance(a: &str, b: &str) -> usize {
 /// The name that a word was meant to be, if one is much like it.
 #[cfg(feature = "foreign")]
 pub fn meant<'a>(word: &str, names: &[&'a str]) -> Option<&'a str> {
-    let near =
-        names.iter().map(|name| (edit_distance(word, name), *name)).min_by_key(|(distance, _)| *distance);
-    near.filter(|(distance, name)| 2 * distance < name.len().max(word.len())).map(|(_, name)| name)
+    let letters = |word: &str| {
+        let mut letters: Vec<char> = word.chars().collect();
+        letters.sort_unstable();
+        letters
+    };
+    // Letters that changed places are one mistake.
+    let distance = |name: &str| if letters(name) == letters(word) { 1 } else { edit_distance(word, name) };
+    let nearest = names.iter().map(|name| (distance(name), *name)).min_by_key(|(distance, _)| *distance);
+    nearest.filter(|(distance, name)| 2 * distance < name.len().max(word.len())).map(|(_, name)| name)
 }

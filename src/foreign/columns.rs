@@ -1,6 +1,7 @@
 //! Which column of a row is what: coordinates of the point, the density, a weight or value, whether the sample was kept.
 
 use super::{Convention, Coordinates};
+use crate::spelling::meant;
 use crate::verify::Row;
 use std::f64::consts::{PI, TAU};
 use std::fmt::{Display, Formatter};
@@ -52,6 +53,28 @@ impl Number {
                 ((bits << unused) as i64 >> unused) as f64
             }
         }
+    }
+
+    /// What the bytes of floats of this type are, read as floats of other types of another size.
+    pub(super) fn otherwise(self, values: &[f64]) -> impl Iterator<Item = (Self, Vec<f64>)> {
+        let bytes: Vec<u8> = values.iter().flat_map(|&value| self.bytes_of(value)).collect();
+        let other = if self.bytes == 4 { Self::F64 } else { Self::F32 };
+        [self.big_endian, !self.big_endian].into_iter().map(move |big_endian| {
+            let number = Self { big_endian, ..other };
+            (number, bytes.chunks_exact(number.bytes).map(|bytes| number.value(bytes)).collect())
+        })
+    }
+
+    /// The bytes of a float that was read from them.
+    fn bytes_of(self, value: f64) -> Vec<u8> {
+        let mut bytes = match (self.kind, self.bytes) {
+            (Kind::Float, 4) => (value as f32).to_le_bytes().to_vec(),
+            _ => value.to_le_bytes().to_vec(),
+        };
+        if self.big_endian {
+            bytes.reverse();
+        }
+        bytes
     }
 
     /// What the same bytes are in the other order.
@@ -200,9 +223,18 @@ const OTHERS: [&str; 5] = ["pdf", "weight", "value", "kept", "_"];
 /// Names of coordinates on any domain.
 const COORDINATES: [&str; 12] = ["x", "y", "z", "u", "v", "theta", "phi", "b0", "b1", "b2", "i", "index"];
 
+/// What others call them.
+const ALSO: [(&str, &str); 4] = [("density", "pdf"), ("wx", "x"), ("wy", "y"), ("wz", "z")];
+
+/// A name as we have it, in lower case.
+fn ours(name: &str) -> String {
+    let name = name.to_lowercase();
+    ALSO.iter().find(|(theirs, _)| *theirs == name).map_or(name, |(_, ours)| (*ours).to_owned())
+}
+
 /// Whether words name the columns of samples on some domain: one is a coordinate, and all others are known or, `some`, may be anything.
 pub(super) fn are_names(words: &[String], some: bool) -> bool {
-    let is_one_of = |all: &[&str], word: &String| all.contains(&word.to_lowercase().as_str());
+    let is_one_of = |all: &[&str], word: &String| all.contains(&ours(word).as_str());
     words.iter().any(|word| is_one_of(&COORDINATES, word))
         && words.iter().all(|word| some || is_one_of(&COORDINATES, word) || is_one_of(&OTHERS, word))
 }
@@ -242,10 +274,14 @@ impl Layout {
         if names.len() != width {
             return Err(format!("{} columns are named, but there are {width}", names.len()));
         }
-        let names: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();
+        let theirs = names;
+        let names: Vec<String> = names.iter().map(|name| ours(name)).collect();
         for (i, name) in names.iter().enumerate() {
-            if name != "_" && names[..i].contains(name) {
-                return Err(format!("there are two columns `{name}`"));
+            if let Some(first) = names[..i].iter().position(|other| name != "_" && other == name) {
+                let same = theirs[first].to_lowercase() == theirs[i].to_lowercase();
+                let also =
+                    if same { String::new() } else { format!(", `{}` and `{}`", theirs[first], theirs[i]) };
+                return Err(format!("there are two columns `{name}`{also}"));
             }
         }
         let find = |name: &str| names.iter().position(|n| n == name);
@@ -272,8 +308,11 @@ impl Layout {
         if let Some(odd) =
             names.iter().find(|name| !used.contains(&name.as_str()) && !OTHERS.contains(&name.as_str()))
         {
+            let known = [own, &OTHERS].concat();
+            let near =
+                meant(odd, &known).map_or_else(String::new, |near| format!(", did you mean `{near}`?"));
             return Err(format!(
-                "nobody knows what the column `{odd}` is (`_` leaves one out): {}",
+                "nobody knows what the column `{odd}` is{near} (`_` leaves one out): {}",
                 wanted()
             ));
         }
@@ -310,6 +349,20 @@ impl Layout {
         let mut used = self.point_columns().to_vec();
         used.extend([self.density, self.weight, self.value, self.kept].into_iter().flatten());
         used
+    }
+
+    /// What each column is called, where nobody named them: by its number and what it is taken for.
+    pub(super) fn labels<D: Coordinates>(domain: &D, width: usize) -> Vec<String> {
+        let names = domain.names().iter().chain(&["pdf"]).enumerate().take(width);
+        names.map(|(column, name)| format!("column {column} ({name})")).collect()
+    }
+
+    /// Whether a row is a direction with its density behind it and nothing else.
+    pub(super) fn is_direction_then_density<D: Coordinates>(&self, domain: &D) -> bool {
+        domain.has_frame()
+            && self.place == Place::Run(vec![0, 1, 2])
+            && self.used() == [0, 1, 2, 3]
+            && self.has_density()
     }
 
     /// Columns of the point.

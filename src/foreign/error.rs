@@ -1,5 +1,8 @@
 //! What is wrong with foreign samples, in sentences that name the row.
 
+use super::Number;
+use crate::domain::in_short;
+
 /// Whether a text is a number but for a comma in the place of its point.
 pub(super) fn has_decimal_comma(text: &str) -> bool {
     text.split_once(',').is_some_and(|(whole, part)| {
@@ -65,7 +68,9 @@ pub enum ReadError {
     },
     /// Bytes in the other order.
     #[error(
-        "{name}, row {row}: {read:?} is no point, but with its bytes in the other order it is {swapped:?}; the byte order is wrong from here on (f32be and f64be are big-endian)"
+        "{name}, row {row}: {} is no point, but with its bytes in the other order it is {}; the byte order is wrong from here on (f32be and f64be are big-endian)",
+        in_short(.read),
+        in_short(.swapped)
     )]
     Swapped {
         /// File or pipe.
@@ -76,6 +81,22 @@ pub enum ReadError {
         read: Vec<f64>,
         /// With bytes swapped.
         swapped: Vec<f64>,
+    },
+    /// Floats of another size.
+    #[error(
+        "{name}, row 0: {} is no point, but as {is} it is {}; the numbers are {is}, not {told}", in_short(.read), in_short(.right)
+    )]
+    OtherFloats {
+        /// File or pipe.
+        name: String,
+        /// As read.
+        read: Vec<f64>,
+        /// As it should be.
+        right: Vec<f64>,
+        /// What numbers were said to be.
+        told: Number,
+        /// What they are.
+        is: Number,
     },
     /// A fraction where an index belongs.
     #[error("{name}, row {row}: {value} is no index; indices are whole numbers from 0")]

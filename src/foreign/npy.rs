@@ -74,6 +74,12 @@ impl NpyHeader {
         let columns = match self.shape[..] {
             [_] => 1,
             [_, columns] if (1..=64).contains(&columns) && self.fields.len() == 1 => columns as usize,
+            [columns, rows] if self.fields.len() == 1 && (1..=64).contains(&columns) && rows > columns => {
+                return Err(wrong(format!(
+                    "its shape is {:?}, but samples are rows: transpose it (a.T)",
+                    self.shape
+                )));
+            }
             _ => {
                 return Err(wrong(format!(
                     "its shape is {:?}; samples are rows, so it must be [rows] or [rows, columns] with 64 columns at most",

@@ -1,7 +1,7 @@
 //! Where samples come from: which reader a file or pipe needs, what its columns are, and a thread that reads ahead and looks for what can't be samples.
 
 use super::binary::BinaryRows;
-use super::columns::{Columns, Kind, Layout, Number};
+use super::columns::{Columns, DENSITY_IS_FIRST, Kind, Layout, Number, density_is_first};
 use super::error::ReadError;
 use super::npy::{self, NpyHeader};
 use super::{Convention, Coordinates, npz, text};
@@ -70,7 +70,8 @@ impl Samples {
         };
         let layout = Layout::new(&convention.domain, &names, rows.width())
             .map_err(|why| ReadError::Columns { name: name.clone(), why })?;
-        let check = Check::new(name, convention.clone(), layout.clone(), names, bytes);
+        let labels = if names.is_empty() { Layout::labels(&convention.domain, rows.width()) } else { names };
+        let check = Check::new(name, convention.clone(), layout.clone(), labels, bytes);
         Ok(Self { rows: Ahead::new(rows, check), layout })
     }
 
@@ -187,9 +188,54 @@ struct Check {
     kept: Option<usize>,
     names: Vec<String>,
     discrete: Option<usize>,
+    /// What the first rows are, if they are no points only because they are read in the wrong way.
+    misread: Option<Misread>,
     /// Whether a row is a point of the domain, once its bytes are swapped.
     swapped: Option<Box<dyn Fn(&[f64]) -> Option<Vec<f64>> + Send>>,
     read: u64,
+}
+
+type Misread = Box<dyn Fn(&[f64]) -> Result<(), ReadError> + Send>;
+
+/// Rows that are looked at, to find out how they are misread.
+const FIRST: usize = 64;
+
+/// Whether nearly no row is a point until all are, as floats of another size; or all are directions, once they are read behind the density.
+fn misread<D: Coordinates>(
+    name: &str,
+    convention: &Convention<D>,
+    layout: &Layout,
+    numbers: Option<&[Number]>,
+) -> Misread {
+    let (name, convention, layout) = (name.to_owned(), convention.clone(), layout.clone());
+    let told = numbers.and_then(|numbers| {
+        let first = numbers[0];
+        (first.kind == Kind::Float && numbers.iter().all(|n| *n == first)).then_some((first, numbers.len()))
+    });
+    let is_bounded = convention.domain.measure().is_finite() && convention.domain.axes() > 1;
+    Box::new(move |rows| {
+        if layout.is_direction_then_density(&convention.domain) && density_is_first(rows) {
+            let why = format!("{DENSITY_IS_FIRST} (--columns pdf,x,y,z says so)");
+            return Err(ReadError::Columns { name: name.clone(), why });
+        }
+        let Some((told, width)) = told.filter(|_| is_bounded) else { return Ok(()) };
+        let is_sound = |row: &[f64]| {
+            layout.used().iter().all(|&column| row[column].is_finite())
+                && convention.domain.locate(&layout.point(&convention, row)).is_ok()
+        };
+        let sound = rows.chunks_exact(width).filter(|row| is_sound(row)).count();
+        if 2 * sound * width >= rows.len() {
+            return Ok(());
+        }
+        let points = |row: &[f64]| layout.point_columns().iter().map(|&column| row[column]).collect();
+        for (is, others) in told.otherwise(rows) {
+            if others.len() >= width && others.chunks_exact(width).all(is_sound) {
+                let (name, read, right) = (name.clone(), points(rows), points(&others));
+                return Err(ReadError::OtherFloats { name, read, right, told, is });
+            }
+        }
+        Ok(())
+    })
 }
 
 /// Coordinates beyond these are looked at twice.
@@ -207,6 +253,7 @@ impl Check {
         let discrete = (convention.domain.axes() == 0).then(|| layout.point_columns()[0]);
         let (used, kept) = (layout.used(), layout.kept_column());
         let bounded = convention.domain.measure().is_finite() && convention.domain.axes() > 1;
+        let misread = Some(misread(&name, &convention, &layout, numbers.as_deref()));
         let swapped = numbers.filter(|n| bounded && n.iter().any(|n| n.kind == Kind::Float)).map(|numbers| {
             let swap = move |row: &[f64]| -> Option<Vec<f64>> {
                 let columns = layout.point_columns();
@@ -224,10 +271,13 @@ impl Check {
             };
             Box::new(swap) as Box<dyn Fn(&[f64]) -> Option<Vec<f64>> + Send>
         });
-        Self { name, used, kept, names, discrete, swapped, read: 0 }
+        Self { name, used, kept, names, discrete, misread, swapped, read: 0 }
     }
 
     fn look(&mut self, rows: &[f64], width: usize) -> Result<(), ReadError> {
+        if let Some(misread) = self.misread.take() {
+            misread(&rows[..rows.len().min(FIRST * width)])?;
+        }
         // Most blocks have nothing odd in them, which is seen faster than where it would be.
         let odd = |x: &f64| !(x.abs() <= LARGE) || x.abs() < SMALL;
         if self.discrete.is_none() && !rows.iter().fold(false, |any, x| any | odd(x)) {
@@ -255,7 +305,7 @@ impl Check {
             });
         }
         if let Some(&column) = self.used.iter().find(|&&c| !row[c].is_finite()) {
-            let label = self.names.get(column).cloned().unwrap_or_else(|| format!("column {column}"));
+            let label = self.names[column].clone();
             return Err(ReadError::NotFinite {
                 name: name(),
                 row: self.read,

@@ -161,6 +161,7 @@ fn every_format_reads_the_same_samples() {
         folder.file("record.npy", npy(fields, false, "(40000,)", &f64s)),
         folder.file("both.npz", archive),
         folder.file("comma.csv", text(&samples, "x,y,z,pdf")),
+        folder.file("others.csv", text(&samples, "wx,wy,wz,density")),
         folder.file("blanks.txt", text(&samples, "# as numpy.savetxt writes it").replace(',', " ")),
         folder.file("bom.csv", text(&samples, "\u{feff}X,Y,Z,PDF")),
         folder
@@ -225,8 +226,10 @@ fn what_is_malformed_is_named_by_its_row() {
     );
     hemisphere(&csv(&|l| l[300] = "0,0,NaN,0.3".into()), "row 299: z is NaN");
     hemisphere(&csv(&|l| l.truncate(1)), "is empty: there are no samples");
-    hemisphere(&csv(&|l| l[0] = "x,y,z,density".into()), "nobody knows what the column `density` is");
-    hemisphere(&csv(&|l| l[0] = "# density,x,y,z".into()), "nobody knows what the column `density` is");
+    hemisphere(&csv(&|l| l[0] = "x,y,z,pfd".into()), "the column `pfd` is, did you mean `pdf`? (`_` leaves");
+    hemisphere(&csv(&|l| l[0] = "# chance,x,y,z".into()), "nobody knows what the column `chance` is (`_`");
+    hemisphere(&csv(&|l| l[0] = "pdf,x,y,Density".into()), "two columns `pdf`, `pdf` and `Density`");
+    hemisphere(&csv(&|l| l[0] = "0,0,NaN,0.3".into()), "row 0: column 2 (z) is NaN");
     let commas = text(&good, "").trim_start().replace(',', ";").replace('.', ",");
     hemisphere(&folder.file("commas.csv", &commas), "its numbers have decimal commas, as in `");
     hemisphere(
@@ -240,6 +243,11 @@ fn what_is_malformed_is_named_by_its_row() {
     hemisphere(&folder.file("letters.csv", text(&good, "\u{3b8},y,z,pdf")), "\u{3b8},y,z,pdf hold no point");
     let wide: Vec<u8> = "\u{feff}x,y,z".encode_utf16().flat_map(u16::to_le_bytes).collect();
     hemisphere(&folder.file("wide.csv", wide), "it is UTF-16");
+    let upright = npy("<f4", false, "(4, 5000)", &f32s(&good));
+    hemisphere(
+        &folder.file("upright.npy", upright),
+        "its shape is [4, 5000], but samples are rows: transpose it (a.T)",
+    );
     let whole = npy("<f4", false, "(5000, 4)", &f32s(&good));
     hemisphere(
         &folder.file("short.npy", &whole[..whole.len() - 160]),
@@ -283,6 +291,28 @@ fn what_is_malformed_is_named_by_its_row() {
         &[&points, "--domain", "hemisphere", "--density", &negative],
         &[],
     );
+}
+
+#[test]
+fn numbers_of_another_type_and_columns_in_another_order_are_named() {
+    let good = cosine(2_000);
+    let f64s: Vec<u8> = good.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+    let big: Vec<u8> = good.iter().flatten().flat_map(|x| x.to_be_bytes()).collect();
+    let columns = |columns| ["--domain", "hemisphere", "--columns", columns];
+    let (single, double) = (columns("x,y,z,pdf:f32"), columns("x,y,z,pdf:f64"));
+    expect(BAD, "; the numbers are f64, not f32", &single, &f64s);
+    let first: Vec<String> = good[0][..3].iter().map(|x| format!("{x:.3}")).collect();
+    expect(BAD, &format!("but as f64 it is [{}]; ", first.join(", ")), &single, &f64s);
+    expect(BAD, "; the numbers are f64be, not f32", &single, &big);
+    expect(BAD, "; the numbers are f32, not f64", &double, &f32s(&good));
+    let turned: Vec<Vec<f64>> = good.iter().map(|row| vec![row[3], row[0], row[1], row[2]]).collect();
+    expect(BAD, "columns 2 to 4 are unit vectors: is the density first? (--columns", &single, &f32s(&turned));
+}
+
+#[test]
+fn too_few_samples_are_told_how_many_it_takes() {
+    let arguments = ["--domain", "hemisphere", "--columns", "x,y,z,pdf:f32"];
+    expect(3, "tails too heavy for 384 samples (it takes about ", &arguments, &f32s(&cosine(438)));
 }
 
 #[test]
@@ -584,10 +614,7 @@ fn programs_that_misbehave_get_a_sentence() {
     );
     misbehaves(&format!("{greeting} cat > /dev/null"), "gave no answer in 1 s when asked `sample 64`");
     misbehaves(&format!("{greeting} read question; echo it is full >&2; exit 7"), "it said: it is full");
-    misbehaves(
-        &format!("{greeting} yes"),
-        "more than it was asked for before it was asked `sample 64`: `y…`?",
-    );
+    misbehaves(&format!("{greeting} yes"), "`y…`? Nothing but answers goes to standard output");
     expect(BAD, "can't start", &["--sampler", "/no/such/program"], &[]);
     expect(BAD, "is no command line", &["--sampler", "'"], &[]);
     let pipe = format!("{} | cat", program(greeting));
