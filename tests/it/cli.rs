@@ -319,7 +319,7 @@ fn a_failure_says_what_where_and_how_to_see_it_again() {
     let folder = tempdir().unwrap();
     let out =
         exits(&folder, "verify broken/triangle triangle --samples 20k --seed 4 --out out --json run.json", 1);
-    assert!(out.contains("\nfail: 2 of 10 samplers pass, 8 fail, 0 inconclusive"), "{out}");
+    assert!(out.contains("\nfail: 2 of 11 samplers pass, 9 fail, 0 inconclusive"), "{out}");
     let report = json(&folder.path().join("run.json"));
     assert_eq!(report["verdict"], "fail");
     let samplers = report["samplers"].as_array().unwrap();

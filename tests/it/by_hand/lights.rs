@@ -118,7 +118,8 @@ fn densities_of_directions_sum_over_all_hits() {
 fn two_plates_of_light() {
     let light = plates(Sides::Front);
     assert_eq!((light.len(), light.is_empty(), light.area()), (2, false, 2.0));
-    assert_eq!(light.bytes(), 2 * 64 + 2 * 8);
+    // Two triangles, their ends, and eight buckets of a guide.
+    assert_eq!(light.bytes(), 2 * 64 + 2 * 8 + 8 * 8);
     all_near(&[light.mass(0), light.mass(1)], &[0.25, 0.75], 1e-15);
     all_near(&[light.density_on(0), light.density_on(1), light.density_on(2)], &[0.5, 0.5, 0.0], 1e-15);
     assert_eq!(light.select(0.7).0, 1);

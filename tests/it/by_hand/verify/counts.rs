@@ -489,10 +489,9 @@ fn means_of_inverse_densities() {
     assert_eq!(finding.evidence, Evidence::Unanswered);
     let of =
         [16.0, 48.0].map(|target| nodes(0.0, 1.0, 1.0 / 128.0, 1.0 / target).len()).iter().sum::<usize>();
-    assert_eq!(
-        finding.detail,
-        format!("the weights of all {of} cells have tails too heavy for 7168 samples")
-    );
+    let said =
+        format!("the weights of all {of} cells have tails too heavy for 7168 samples (it takes about ");
+    assert!(finding.detail.starts_with(&said), "{}", finding.detail);
 }
 
 /// Of a thousand more samples than a look takes, and so on: each time that there are twice as many.

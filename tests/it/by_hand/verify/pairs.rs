@@ -183,7 +183,7 @@ fn two_that_can_not_be_compared() {
         compare_samples(&real(), &real()).examine().findings.iter().all(|f| !f.detail.contains("differ"))
     );
     let out = Samples::new(Square, vec![[0.5, 0.5], [0.5, 2.0]]).unwrap_err();
-    assert_eq!(out.to_string(), "point 1, DVec2(0.5, 2.0), is [0.5, 2], outside of the unit square");
+    assert_eq!(out.to_string(), "point 1, (0.500, 2.000), is [0.5, 2], outside of the unit square");
     let empty = Samples::new(Square, Vec::<[f64; 2]>::new()).unwrap();
     assert!(empty.is_empty() && !line(1.0).is_empty() && line(1.0).len() == 80);
 }
@@ -292,7 +292,7 @@ fn samplers_are_drawn_from_streams_of_their_own() {
     is_certain(finding, Verdict::Fail);
     let [u, v] = *out[0];
     let first = format!(
-        "xi = {:?} gives DVec2({:?}, {v:?}), which is [{}, {v}], outside of the unit square",
+        "xi = {:?} gives ({:.3}, {v:.3}), which is [{}, {v}], outside of the unit square",
         out[0],
         u + 1.0,
         u + 1.0

@@ -122,7 +122,7 @@ fn rows_are_called_by_their_number() {
     is_certain(support, Verdict::Fail);
     assert_eq!(
         support.detail,
-        "1 of 70 samples are outside of the domain; the first: the point 1.5 is 1.5, outside of [0, 1] (row 70)"
+        "1 of 70 samples are outside of the domain; the first: the point 1.500 is 1.5, outside of [0, 1] (row 70)"
     );
     assert_eq!(examination.name, "mine");
     // Where the density is 0, or none.
@@ -144,7 +144,7 @@ fn rows_are_called_by_their_number() {
         assert_eq!(evidence, Evidence::Certain(Verdict::Fail));
         assert_eq!(
             detail,
-            format!("{} of 70 samples {says} at {:?} is {value} (row {})", low.len(), all[low[0]], low[0])
+            format!("{} of 70 samples {says} at {:.3} is {value} (row {})", low.len(), all[low[0]], low[0])
         );
     }
     // A rounding beyond the border is forgiven, to one in ten thousand.
@@ -224,7 +224,7 @@ fn densities_of_rows_and_those_asked() {
     assert_eq!(
         agreement.detail,
         format!(
-            "the density returned differs from the density asked for 3 of 7000 samples, at worst by a factor of 1 + 5.00e-1: {:e} came with the point {x:?}, where asking gives {asked:e} (row 3000)",
+            "the density returned differs from the density asked for 3 of 7000 samples, at worst by a factor of 1 + 5.00e-1: {:e} came with the point {x:.3}, where asking gives {asked:e} (row 3000)",
             asked * 1.5
         )
     );

@@ -298,6 +298,6 @@ fn what_is_no_stream() {
     assert_eq!(error(&[vec![0.5], vec![]]), "stream 1 has no points");
     assert_eq!(
         error(&[vec![0.5], vec![0.5, 0.25, 1.5]]),
-        "stream 1: point 2, 1.5, is 1.5, outside of [0, 1]"
+        "stream 1: point 2, 1.500, is 1.5, outside of [0, 1]"
     );
 }

@@ -96,7 +96,7 @@ fn ends_of_variates_and_their_knots() {
     let probe = &edges[14 + 6];
     assert_eq!(
         (probe.variate, probe.value, probe.point.as_deref(), probe.density, probe.wrong.as_ref()),
-        (1, 0.25, Some("0.5"), 1.0, None)
+        (1, 0.25, Some("0.500"), 1.0, None)
     );
     let rejected = &edges[6];
     assert!(
@@ -144,12 +144,12 @@ fn faults_at_the_end() {
     let xi = format!("at xi = {:?} ", [at]);
     assert_eq!(
         said(&|_| Sample { point: 1.25, density: 1.0 }, 1.0, 0.5),
-        format!("{xi}the point 1.25 is 1.25, outside of [0, 1]")
+        format!("{xi}the point 1.250 is 1.25, outside of [0, 1]")
     );
-    assert_eq!(said(&dense(-1.0), 1.0, 0.5), format!("{xi}the density returned at {at:?} is -1"));
-    assert_eq!(said(&dense(f64::INFINITY), 1.0, 0.5), format!("{xi}the density returned at {at:?} is inf"));
-    assert_eq!(said(&dense(f64::NAN), 1.0, 0.5), format!("{xi}the density returned at {at:?} is NaN"));
-    assert_eq!(said(&fine, -0.5, 0.5), format!("{xi}the density asked at {at:?} is -0.5"));
+    assert_eq!(said(&dense(-1.0), 1.0, 0.5), format!("{xi}the density returned at {at:.2e} is -1"));
+    assert_eq!(said(&dense(f64::INFINITY), 1.0, 0.5), format!("{xi}the density returned at {at:.2e} is inf"));
+    assert_eq!(said(&dense(f64::NAN), 1.0, 0.5), format!("{xi}the density returned at {at:.2e} is NaN"));
+    assert_eq!(said(&fine, -0.5, 0.5), format!("{xi}the density asked at {at:.2e} is -0.5"));
     assert_eq!(said(&fine, 1.0, 1.0), format!("{xi}the variate left over is 1, outside of [0, 1)"));
     assert_eq!(said(&fine, 1.0, -0.1), format!("{xi}the variate left over is -0.1, outside of [0, 1)"));
     // On a rim a density may be 0.
@@ -214,8 +214,9 @@ fn inverses_that_are_off() {
     assert_eq!(
         off(6, 0.1),
         format!(
-            "6 of 1024 samples don't come back; the first: xi = {:?} gives {x:?}, whose inverse is {:?}",
+            "6 of 1024 samples don't come back; the first: xi = {:?} gives {}, whose inverse is {:?}",
             [x],
+            short(x),
             [x + 0.1]
         )
     );
@@ -508,6 +509,11 @@ fn fine(x: f64) -> Option<Sample<f64>> {
     plain(&[x])
 }
 
+/// A coordinate as messages have it: three digits behind the point, or three in all.
+fn short(x: f64) -> String {
+    if x < 0.01 { format!("{x:.2e}") } else { format!("{x:.3}") }
+}
+
 fn dense(density: f64) -> impl Fn(f64) -> Option<Sample<f64>> {
     move |point: f64| Some(Sample { point, density })
 }
@@ -522,15 +528,15 @@ fn impossible_samples_are_counted() {
     let all = format!("all {COUNTED} samples lie where the density is positive");
     assert_eq!(counted("support", fine, one, half).0, all);
     let beyond = counted("support", |x| Some(Sample { point: x + 1.0, density: 1.0 }), one, half).0;
-    let why = format!("the point {:?} is {}, outside of [0, 1]", first + 1.0, first + 1.0);
+    let why = format!("the point {:.3} is {}, outside of [0, 1]", first + 1.0, first + 1.0);
     assert_eq!(beyond, of("are outside of the domain", why));
     for density in [f64::NAN, -1.0] {
         let said = counted("support", dense(density), one, half).0;
-        let why = format!("the density at {first:?} is {density}");
+        let why = format!("the density at {first:.3} is {density}");
         assert_eq!(said, of("have an impossible density", why));
     }
     let infinite = counted("support", fine, |x| if is_bad(x) { f64::INFINITY } else { 1.0 }, half).0;
-    let why = format!("asked for the density at {first:?}, it says inf");
+    let why = format!("asked for the density at {first:.3}, it says inf");
     assert_eq!(infinite, of("have an impossible density", why));
     let rest = counted("support", fine, one, |x| if is_bad(x) { 1.0 } else { 0.0 }).0;
     assert_eq!(rest, of("leave over a variate outside of [0, 1)", "the variate left over is 1".to_owned()));
@@ -546,9 +552,9 @@ fn samples_without_density_are_counted() {
     let nowhere = |x: f64| if (0.299_998..0.300_402).contains(&x) { 0.0 } else { 1.0 };
     let said = counted("support", dense(0.0), nowhere, half).0;
     let where_it_is = format!("{count} of {COUNTED} samples are where the density is 0; the first: ");
-    assert_eq!(said, format!("{where_it_is}the density at {first:?} is 0 (xi = {:?})", [first]));
+    assert_eq!(said, format!("{where_it_is}the density at {first:.3} is 0 (xi = {:?})", [first]));
     let asked = counted("support", fine, |x| if is_bad(x) { 0.0 } else { 1.0 }, half).0;
-    assert!(asked.starts_with(&format!("{where_it_is}asked, the density at {first:?} is 0")), "{asked}");
+    assert!(asked.starts_with(&format!("{where_it_is}asked, the density at {first:.3} is 0")), "{asked}");
 }
 
 /// The densities of the point's neighbours explain what a rounding may do, twice over.
@@ -567,7 +573,7 @@ fn densities_that_differ_are_counted() {
     let differs =
         format!("the density returned differs from the density asked for {count} of {COUNTED} samples");
     let how = "at worst by a factor of 1 + 1.00e-2: 1.01e0 came with the point";
-    let where_it_is = format!("{first:?}, where asking gives 1e0 (xi = {:?})", [first]);
+    let where_it_is = format!("{first:.3}, where asking gives 1e0 (xi = {:?})", [first]);
     assert_eq!(steep(0.0, 0.01), format!("{differs}, {how} {where_it_is}"));
     // A slope of 1000 makes 2.5e-4 of a rounding of 2.5e-7, to either side, and the spread of both is allowed for once more.
     assert!(is_right(steep(0.0, 0.99e-4)) && is_right(steep(1000.0, 7e-4)) && is_right(steep(1000.0, -6e-4)));
