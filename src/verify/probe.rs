@@ -479,7 +479,7 @@ mod tests {
         let look = probe.look(&[0.75]).unwrap();
         assert_eq!(
             (look.point.as_str(), look.density, look.asked, look.location.unwrap().at[0]),
-            ("3.0", 2.0, 9.0, 0.75)
+            ("3.000", 2.0, 9.0, 0.75)
         );
         assert!(probe.look(&[0.25]).is_none() && probe.look(&[0.9]).unwrap().location.is_err());
         assert_eq!(
@@ -491,7 +491,7 @@ mod tests {
         assert_eq!(answers, [(3.0, 4.0), (6.0, 4.0)]);
         assert_eq!(
             (probe.describe(0, [0.25, 0.0]).as_str(), probe.called(&[0.5]).as_str()),
-            ("1.0", "xi = [0.5]")
+            ("1.000", "xi = [0.5]")
         );
         assert_eq!(probe.densities_around(&[0.5], 0.25), [3.0, 9.0]);
         assert_eq!((probe.densities_around(&[0.25], 0.25), probe.magnitude(&[0.25])), (vec![], 0.0));
@@ -593,7 +593,7 @@ mod tests {
         let trip = |inverse: &[f64]| {
             let (sampler, extras) = (Odd(inverse.to_vec()), extras_of());
             let trip = Subject::new(&sampler, &extras).round_trip(&[0.5, 0.25]).unwrap();
-            assert_eq!((trip.xi.as_slice(), trip.point.as_str()), (inverse, "DVec2(0.5, 0.25)"));
+            assert_eq!((trip.xi.as_slice(), trip.point.as_str()), (inverse, "(0.500, 0.250)"));
             trip.distance
         };
         assert_eq!(

@@ -609,7 +609,7 @@ mod tests {
         let at = |xi: f64| recording.look(&[xi]).unwrap().location.unwrap().at[0] * 32.0;
         assert_eq!([0.1, 0.3, 0.9, 11.0, 28.0].map(at), [0.0, 1.0, 3.0, 14.0, 31.0]);
         let look = recording.look(&[12.0]).unwrap();
-        assert_eq!((look.density, look.asked, look.point.as_str()), (30.0 / 32.0, 30.0 / 32.0, "0.46875"));
+        assert_eq!((look.density, look.asked, look.point.as_str()), (30.0 / 32.0, 30.0 / 32.0, "0.469"));
         let (mut draws, mut values) = (Vec::new(), vec![1.0]);
         recording.draw(&[11.0, 12.0, 0.3], 1, &mut draws, &mut values);
         assert_eq!(draws.iter().map(|d| d.location.at[0] * 32.0).collect::<Vec<_>>(), [14.0, 15.0, 1.0]);
@@ -619,7 +619,7 @@ mod tests {
         );
         assert_eq!(
             (recording.describe(0, [0.25, 0.0]).as_str(), recording.density_at(0, [0.25, 0.0])),
-            ("0.25", (0.5, 1.0))
+            ("0.250", (0.5, 1.0))
         );
         assert!(
             recording.variate_knots(0).is_empty()

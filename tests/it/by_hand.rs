@@ -1,4 +1,4 @@
-//! Samplers where the answer is known by hand: closed forms, tables of a few entries, how many bytes a table takes; and verifications of them, where the report is.
+//! Samplers where the answer is known by hand: closed forms, tables of a few entries, how many bytes a table takes. (Verifications: `tests/by_hand/`.)
 
 mod directions;
 mod lights;
@@ -6,7 +6,6 @@ mod maps;
 mod mixtures;
 mod pointers;
 mod tables;
-mod verify;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use rand::Rng;

@@ -1,4 +1,5 @@
-//! Verifications where the report is known by hand: counts that were chosen, samples that are drawn again here, closed forms.
+//! Verifications where the report is known by hand: counts that were chosen, samples that are drawn again here, closed forms. Written for their mutants (docs/mutants.md), and a binary
+//! of their own that is asked for: `cargo test --test by_hand`.
 
 mod counts;
 mod diagnoses;
@@ -14,11 +15,15 @@ mod streams;
 mod variates;
 mod weights;
 
-use super::near;
 use warpcheck::domain::Domain;
 use warpcheck::random::{stream, unit_f64};
 use warpcheck::sampler::{Preimage, Sample, Sampler};
 use warpcheck::verify::{Evidence, Examination, Finding, Rows, RowsError, Verify, checks};
+
+#[track_caller]
+fn near(found: f64, expected: f64, relative: f64) {
+    assert!((found - expected).abs() <= relative * expected.abs(), "{found}, not {expected}");
+}
 
 /// Rows of numbers, given out so many at a time.
 struct Given {
