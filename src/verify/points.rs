@@ -45,7 +45,7 @@ pub enum PointsError {
 /// ```
 /// use warpcheck::{domain::Square, verify::Samples};
 /// let read = Samples::new(Square, [[0.1, 0.2], [0.3, 0.4], [1.5, 0.6]]);
-/// assert_eq!(read.unwrap_err().to_string(), "point 2, DVec2(1.5, 0.6), is [1.5, 0.6], outside of the unit square");
+/// assert_eq!(read.unwrap_err().to_string(), "point 2, (1.500, 0.600), is [1.5, 0.6], outside of the unit square");
 /// ```
 #[derive(Clone, Debug)]
 pub struct Samples<D> {
