@@ -167,17 +167,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 rendered.resume_with(&integrator, spp, |progress| {
                     bar.set_position(i as u64 * u64::from(most) + u64::from(progress.passes));
                     enough = is_enough(arguments, &progress);
-                    is_due = arguments.film && saved.elapsed().as_secs_f64() >= arguments.save_every;
-                    !enough && !is_due && !stop.load(Ordering::Relaxed)
+                    let goes_on = !enough && !stop.load(Ordering::Relaxed);
+                    is_due =
+                        goes_on && arguments.film && saved.elapsed().as_secs_f64() >= arguments.save_every;
+                    goes_on && !is_due
                 });
                 if !is_due {
                     break;
                 }
                 rendered.save(&film, &scene, lights)?;
                 saved = Instant::now();
-                if enough || rendered.passes >= spp || stop.load(Ordering::Relaxed) {
-                    break;
-                }
             }
             if rendered.passes > 0 {
                 // By what it has, which --time, --error or Ctrl-C may have made fewer than were asked for.

@@ -173,6 +173,11 @@ pub struct Interval {
     pub half_width: f64,
 }
 
+/// How many standard errors an interval at [`CONFIDENCE`] reaches to either side (Student's t); infinite without a degree of freedom.
+pub(crate) fn standard_errors(freedom: f64) -> f64 {
+    student_t::isf(0.5 * (1.0 - CONFIDENCE), freedom).unwrap_or(f64::INFINITY)
+}
+
 impl Interval {
     /// Whether a value lies inside.
     pub fn contains(&self, value: f64) -> bool {
@@ -454,8 +459,7 @@ impl Convergence {
             let second = others.first().map_or(f64::INFINITY, |(_, (cost, _))| *cost);
             let is_more = |&(other, (cost, its_error)): &(usize, (f64, f64))| {
                 let freedom = (seeds(best) + seeds(other)) as f64 - 2.0;
-                let t = student_t::isf(0.5 * (1.0 - CONFIDENCE), freedom).unwrap_or(f64::INFINITY);
-                cost - least > t * error.hypot(its_error)
+                cost - least > standard_errors(freedom) * error.hypot(its_error)
             };
             (second > 0.0).then(|| Winner {
                 strategy: best,
@@ -736,8 +740,7 @@ fn curve(
             Some(parts) if runs.len() > 1 => {
                 let mean = parts.iter().sum::<f64>() / n;
                 let spread = parts.iter().map(|b| (b - mean).powi(2)).sum::<f64>();
-                let t = student_t::isf(0.5 * (1.0 - CONFIDENCE), n - 1.0).unwrap_or(f64::INFINITY);
-                t * (spread * (n - 1.0) / n).sqrt()
+                standard_errors(n - 1.0) * (spread * (n - 1.0) / n).sqrt()
             }
             _ => f64::INFINITY,
         };

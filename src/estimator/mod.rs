@@ -65,6 +65,7 @@ pub use agree::{
 pub use agreement::{Agreement, Deviation, Judgement, Rules, compare};
 pub use brdf::{Brdf, Reflection};
 pub use clock::{Clock, Cost};
+pub(crate) use convergence::standard_errors;
 pub use convergence::{
     Budget, CONFIDENCE, Convergence, Curve, Experiment, Interval, LONG_RUN, Measured, OUTLIERS, Reference,
     Region, Rung, Truth, WINNER_TILE, Winner, convergence, regions_by_material,

@@ -106,20 +106,16 @@ pub fn of_samples<D: Coordinates>(
     if !found.is_empty() {
         return Ok(diagnosis(found));
     }
-    match given.table {
-        Some(table) => {
-            for other in likeliest_frames(held, layout, convention, table) {
-                if passes(&other, Some(table))? {
-                    found.push(named(&other, true));
-                }
-            }
-        }
-        None => {
-            for other in upright_frames(held, layout, convention) {
-                if passes(&other, None)? {
-                    found.push(named(&other, true));
-                    break;
-                }
+    let frames = match given.table {
+        Some(table) => likeliest_frames(held, layout, convention, table),
+        None => upright_frames(held, layout, convention),
+    };
+    for other in frames {
+        if passes(&other, given.table)? {
+            found.push(named(&other, true));
+            // Without a table one way up is enough.
+            if given.table.is_none() {
+                break;
             }
         }
     }
@@ -201,6 +197,13 @@ pub fn of_program<D: Coordinates>(
     }
 }
 
+/// The variates of the samples that are only looked at.
+fn glanced<D: Coordinates>(program: &Program<D>, settings: &Settings) -> Vec<f64> {
+    let mut xi = vec![0.0; GLANCE * program.dimensions()];
+    fill_unit(&mut stream(settings.seed, "conventions", 0), &mut xi);
+    xi
+}
+
 /// Other readings of the table, then the frames under which the program's samples are likeliest.
 fn against_table<D: Coordinates>(
     program: &mut Program<D>,
@@ -223,8 +226,7 @@ fn against_table<D: Coordinates>(
     }
     if found.is_empty() {
         let own = program.convention().clone();
-        let mut xi = vec![0.0; GLANCE * program.dimensions()];
-        fill_unit(&mut stream(settings.seed, "conventions", 0), &mut xi);
+        let xi = glanced(program, settings);
         let frames = if own.domain.has_frame() {
             likeliest(&own, |other| {
                 program.under(other.clone());
@@ -250,8 +252,7 @@ fn against_table<D: Coordinates>(
 fn against_itself<D: Coordinates>(program: &mut Program<D>, settings: &Settings) -> Option<Diagnosis> {
     let own = program.convention().clone();
     let mut found = Vec::new();
-    let mut xi = vec![0.0; GLANCE * program.dimensions()];
-    fill_unit(&mut stream(settings.seed, "conventions", 0), &mut xi);
+    let xi = glanced(program, settings);
     let inside = |program: &Program<D>| {
         let mut samples = Vec::new();
         fill_vec(program, &xi, &mut samples);

@@ -206,19 +206,19 @@ fn misread<D: Coordinates>(
     convention: &Convention<D>,
     layout: &Layout,
     numbers: Option<&[Number]>,
+    bounded: bool,
 ) -> Misread {
     let (name, convention, layout) = (name.to_owned(), convention.clone(), layout.clone());
     let told = numbers.and_then(|numbers| {
         let first = numbers[0];
         (first.kind == Kind::Float && numbers.iter().all(|n| *n == first)).then_some((first, numbers.len()))
     });
-    let is_bounded = convention.domain.measure().is_finite() && convention.domain.axes() > 1;
     Box::new(move |rows| {
         if layout.is_direction_then_density(&convention.domain) && density_is_first(rows) {
             let why = format!("{DENSITY_IS_FIRST} (--columns pdf,x,y,z says so)");
             return Err(ReadError::Columns { name: name.clone(), why });
         }
-        let Some((told, width)) = told.filter(|_| is_bounded) else { return Ok(()) };
+        let Some((told, width)) = told.filter(|_| bounded) else { return Ok(()) };
         let is_sound = |row: &[f64]| {
             layout.used().iter().all(|&column| row[column].is_finite())
                 && convention.domain.locate(&layout.point(&convention, row)).is_ok()
@@ -253,7 +253,7 @@ impl Check {
         let discrete = (convention.domain.axes() == 0).then(|| layout.point_columns()[0]);
         let (used, kept) = (layout.used(), layout.kept_column());
         let bounded = convention.domain.measure().is_finite() && convention.domain.axes() > 1;
-        let misread = Some(misread(&name, &convention, &layout, numbers.as_deref()));
+        let misread = Some(misread(&name, &convention, &layout, numbers.as_deref(), bounded));
         let swapped = numbers.filter(|n| bounded && n.iter().any(|n| n.kind == Kind::Float)).map(|numbers| {
             let swap = move |row: &[f64]| -> Option<Vec<f64>> {
                 let columns = layout.point_columns();

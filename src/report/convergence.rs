@@ -1,7 +1,6 @@
 //! Error against run time as a table for people, CSV for spreadsheets and JSON for programs.
 
-use crate::estimator::{CONFIDENCE, Convergence, Cost, Curve, Interval, Measured};
-use crate::statistics::student_t;
+use crate::estimator::{Convergence, Cost, Curve, Interval, Measured, standard_errors};
 use std::fmt::Write;
 
 /// Where errors are compared: the root mean square error of the strategy that came closest, which is what each is asked to reach unless told.
@@ -244,9 +243,8 @@ pub fn region_ratios(found: &Convergence) -> Vec<(String, usize, Vec<Interval>)>
             }
             let ((least, its, seeds), (root, own, own_seeds)) = (costs[best], costs[k]);
             let freedom = (seeds + own_seeds) as f64 - 2.0;
-            let t = student_t::isf(0.5 * (1.0 - CONFIDENCE), freedom).unwrap_or(f64::INFINITY);
             let value = root / least;
-            let half_width = value * t * (its + own).sqrt();
+            let half_width = value * standard_errors(freedom) * (its + own).sqrt();
             Interval { value, half_width: if half_width.is_nan() { f64::INFINITY } else { half_width } }
         };
         (name.clone(), *pixels, (0..costs.len()).map(over_least).collect())
@@ -364,7 +362,7 @@ pub fn convergence_to_json(found: &Convergence, setup: Cost, reach: Option<f64>)
         "tile": found.tile,
         "epsilon": found.epsilon,
         "outlier_share": crate::estimator::OUTLIERS,
-        "confidence": CONFIDENCE,
+        "confidence": crate::estimator::CONFIDENCE,
         "stopped": found.stopped,
         "reference": reference,
         "equal_time": equal_time.collect::<Vec<_>>(),

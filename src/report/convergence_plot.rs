@@ -2,8 +2,7 @@
 
 use super::convergence::{best_efficiency, seeds_of};
 use super::plot::{Failure, colour, font};
-use crate::estimator::{CONFIDENCE, Convergence, Curve, Measured};
-use crate::statistics::student_t;
+use crate::estimator::{Convergence, Curve, Measured, standard_errors};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -30,7 +29,7 @@ fn points(curve: &Curve) -> Vec<(f64, [f64; 3])> {
     let root = |x: f64| x.max(0.0).sqrt();
     rungs
         .map(|r| {
-            let t = student_t::isf(0.5 * (1.0 - CONFIDENCE), (r.seeds as f64 - 1.0).max(1.0)).unwrap_or(0.0);
+            let t = standard_errors((r.seeds as f64 - 1.0).max(1.0));
             let Measured { mean, error } = r.squared;
             let half = if error.is_nan() { 0.0 } else { t * error };
             (r.cpu.mean, [root(mean - half), root(mean), root(mean + half)])

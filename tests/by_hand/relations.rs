@@ -34,6 +34,12 @@ fn same(found: &[f64], expected: &[f64]) {
     assert!(alike, "{found:?}, not {expected:?}");
 }
 
+/// What is said of each relation as a whole.
+fn said(examination: &Examination) -> Vec<(&str, &str)> {
+    let whole = examination.findings.iter().filter(|f| f.part.is_empty());
+    whole.map(|f| (f.check, f.detail.as_str())).collect()
+}
+
 #[test]
 fn weights_that_a_builder_is_given() {
     let given = RefCell::new(Vec::new());
@@ -85,12 +91,6 @@ fn weights_that_a_builder_is_given() {
     given.iter().zip(&expected).for_each(|(a, b)| same(a, b));
     // Of the long tail one in four is drawn; where bits are compared, and zeros looked for, 4096.
     assert_eq!(examination.samples, 64 * 4 + 16 * 2 + 64 * 2 + 2 * 4096 + 3 * 64 + 5 * 4096);
-    let said: Vec<_> = examination
-        .findings
-        .iter()
-        .filter(|f| f.part.is_empty())
-        .map(|f| (f.check, f.detail.as_str()))
-        .collect();
     let expected = [
         ("scaling", "holds for 2 inputs"),
         ("permutation", "holds for 3 inputs"),
@@ -99,7 +99,7 @@ fn weights_that_a_builder_is_given() {
         ("zero weights", "holds for 5 inputs"),
         ("refusal", "holds for 12 inputs"),
     ];
-    assert_eq!(said, expected);
+    assert_eq!(said(&examination), expected);
     assert_eq!((examination.name.as_str(), examination.domain), ("mine", "discrete"));
     let without = weights(DiscreteCdf::new).samples(64).without("permutation").without("refusal").examine();
     assert!(
@@ -537,12 +537,6 @@ fn maps_that_a_builder_is_given() {
         );
     }
     assert_eq!(examination.samples, 16 * 8 + 2 * 4096 + 9 * 16 + 3 * 4096);
-    let said: Vec<_> = examination
-        .findings
-        .iter()
-        .filter(|f| f.part.is_empty())
-        .map(|f| (f.check, f.detail.as_str()))
-        .collect();
     let expected = [
         ("scaling", "holds for 2 inputs"),
         ("mirror", "holds for 1 inputs"),
@@ -552,7 +546,7 @@ fn maps_that_a_builder_is_given() {
         ("zero weights", "holds for 3 inputs"),
         ("refusal", "holds for 11 inputs"),
     ];
-    assert_eq!(said, expected);
+    assert_eq!(said(&examination), expected);
     assert_eq!((examination.name.as_str(), examination.domain), ("map", "sphere"));
 }
 
