@@ -301,6 +301,10 @@ impl<D: Coordinates> Sampler for WithTable<'_, D> {
         self.table.density(point)
     }
 
+    fn density_range(&self, point: &D::Point) -> [f64; 2] {
+        self.table.range(point)
+    }
+
     fn fill(&self, xi: &[f64], out: &mut [Option<Sample<D::Point>>]) {
         self.program.fill(xi, out);
         if !self.program.has_density {
@@ -310,6 +314,10 @@ impl<D: Coordinates> Sampler for WithTable<'_, D> {
 
     fn knots(&self) -> Knots {
         self.table.knots()
+    }
+
+    fn is_slow(&self) -> bool {
+        self.program.is_slow()
     }
 }
 

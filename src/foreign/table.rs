@@ -157,21 +157,66 @@ impl<D: Coordinates> Table<D> {
         if self.domain.axes() == 0 {
             return location.patch;
         }
+        let [row, column] = self.place(location);
+        row * self.columns + column
+    }
+
+    /// Row and column.
+    #[inline]
+    fn place(&self, location: &Location) -> [usize; 2] {
         // Signed on the way: what converts to it is one instruction.
         let index = |x: f64, n: usize| ((x * n as f64) as i64 as usize).min(n - 1);
         let [down, across] = self.axes;
-        index(location.at[down], self.rows) * self.columns + index(location.at[across], self.columns)
+        [index(location.at[down], self.rows), index(location.at[across], self.columns)]
     }
 
     /// What stands in the table, per the domain's own measure.
     #[inline]
     fn converted(&self, value: f64, location: &Location) -> f64 {
-        if value == 0.0 { 0.0 } else { value * self.measure.factor(&self.domain, location) }
+        if value == 0.0 {
+            return 0.0;
+        }
+        let factor = self.measure.factor(&self.domain, location);
+        value * if factor.is_finite() { factor } else { self.factor_beside(location) }
+    }
+
+    /// At a pole, where a density per (u, v) is infinite per solid angle: the factor in the middle of the texel, finite as all of its mass is.
+    #[cold]
+    fn factor_beside(&self, location: &Location) -> f64 {
+        let ([row, _], mut beside) = (self.place(location), *location);
+        beside.at[self.axes[0]] = (row as f64 + 0.5) / self.rows as f64;
+        self.measure.factor(&self.domain, &beside)
     }
 
     /// The density at a point, per the domain's own measure; 0 outside.
     pub fn density(&self, point: &D::Point) -> f64 {
         self.domain.locate(point).map_or(0.0, |location| self.at(&location))
+    }
+
+    /// The least and the largest density that the texel of a point and those around it give there: what a density is that a table only samples.
+    pub fn range(&self, point: &D::Point) -> [f64; 2] {
+        let Ok(location) = self.domain.locate(point) else { return [0.0; 2] };
+        if self.domain.axes() == 0 {
+            return [self.at(&location); 2];
+        }
+        let [row, column] = self.place(&location);
+        let rows = self.around(self.axes[0], row, self.rows);
+        let columns = self.around(self.axes[1], column, self.columns);
+        let values =
+            rows.iter().flat_map(|row| columns.iter().map(move |column| row * self.columns + column));
+        values.fold([f64::INFINITY, 0.0], |[low, high], texel| {
+            let density = self.converted(self.values[texel], &location);
+            [low.min(density), high.max(density)]
+        })
+    }
+
+    /// An index along an axis of the chart, the one before and the one behind it, as far as there are any.
+    fn around(&self, axis: usize, index: usize, count: usize) -> [usize; 3] {
+        if self.domain.wraps(axis) {
+            [(index + count - 1) % count, index, (index + 1) % count]
+        } else {
+            [index.saturating_sub(1), index, (index + 1).min(count - 1)]
+        }
     }
 
     /// The lines between texels.
@@ -221,5 +266,32 @@ mod tests {
         fits(Disk, 3, 8);
         fits(Square, 4, 3);
         fits(Interval::new(-1.0, 2.0), 1, 9);
+    }
+
+    #[test]
+    fn poles_have_the_density_of_the_middle_of_their_row() {
+        let table = Table::new(Hemisphere, 4, 1, vec![1.0, 3.0, 2.0, 0.0], Measure::ThetaPhi).unwrap();
+        let first = (PI / 16.0).sin();
+        assert_eq!(table.density(&glam::DVec3::Z), 1.0 / first);
+        let mut many = Vec::new();
+        table.at_many(
+            &[Location { patch: 0, at: [0.0, 0.3] }, Location { patch: 0, at: [0.125, 0.3] }],
+            &mut many,
+        );
+        assert!(many[0] == many[1] && many[0].is_finite(), "{many:?}");
+    }
+
+    /// Texels before and behind, round the seam but not over an edge.
+    #[test]
+    fn ranges_are_of_the_texels_around() {
+        let square = Table::new(Square, 3, 3, (1..=9).map(f64::from).collect(), Measure::Area).unwrap();
+        assert_eq!(square.range(&glam::DVec2::new(0.5, 0.5)), [1.0, 9.0]);
+        assert_eq!(square.range(&glam::DVec2::new(0.9, 0.1)), [2.0, 6.0]);
+        assert_eq!(square.range(&glam::DVec2::new(1.5, 0.1)), [0.0, 0.0]);
+        let disk = Table::new(Disk, 1, 4, vec![1.0, 2.0, 3.0, 4.0], Measure::Area).unwrap();
+        assert_eq!(disk.range(&glam::DVec2::new(0.5, 1e-3)), [1.0, 4.0]);
+        assert_eq!(disk.range(&glam::DVec2::new(-1e-3, 0.5)), [1.0, 3.0]);
+        let few = Table::new(Interval::new(0.0, 1.0), 1, 2, vec![0.5, 1.5], Measure::Length).unwrap();
+        assert_eq!(few.range(&0.9), [0.5, 1.5]);
     }
 }

@@ -210,6 +210,12 @@ pub trait Sampler: Sync {
         false
     }
 
+    /// The least and the largest value that the density may have at `point`, where [`density`](Self::density) is a table that stands for one that nobody
+    /// knows better than its texels. What is asked point by point allows for it; counts don't.
+    fn density_range(&self, point: &PointOf<Self>) -> [f64; 2] {
+        [self.density(point); 2]
+    }
+
     /// Where the density may jump, along the axes of the domain's chart. Helps quadrature; a wrong answer costs
     /// accuracy, which the error estimate then shows.
     fn knots(&self) -> Knots {
@@ -304,6 +310,10 @@ impl<S: Sampler + ?Sized> Sampler for $pointer {
 
     fn is_slow(&self) -> bool {
         (**self).is_slow()
+    }
+
+    fn density_range(&self, point: &PointOf<Self>) -> [f64; 2] {
+        (**self).density_range(point)
     }
 
     fn knots(&self) -> Knots {

@@ -85,7 +85,8 @@ impl Check for JacobianIdentity {
                 Answer::Unsettled => unsettled += 1,
                 Answer::Product { value, error } => {
                     errors.push(error);
-                    if (value - 1.0).abs() > TOLERANCE + 3.0 * error {
+                    let [low, high] = look.range.map(|density| value * density / look.asked - 1.0);
+                    if low.max(-high) > TOLERANCE + 3.0 * error {
                         wrong.push((value, look.point, xi.clone()));
                     }
                 }

@@ -38,6 +38,8 @@ pub(super) struct Look {
     pub location: Result<Location, String>,
     pub density: f64,
     pub asked: f64,
+    /// The least and the largest that the density may be there, where it is known only so well.
+    pub range: [f64; 2],
 }
 
 /// How well an inverse inverts.
@@ -275,6 +277,7 @@ impl<D: Domain> Probe for Subject<'_, D> {
             location: self.domain.locate(&sample.point).map_err(|why| why.0),
             density: sample.density,
             asked: self.sampler.density(&sample.point),
+            range: self.sampler.density_range(&sample.point),
         })
     }
 

@@ -419,10 +419,12 @@ impl<D: Domain> Probe for Recording<'_, D> {
     fn look(&self, xi: &[f64]) -> Option<Look> {
         let (point, density) = self.row_of(&self.held(), xi[0])?;
         let density = density.unwrap_or_else(|| self.density_of(&point));
+        let asked = if self.density.is_some() { self.density_of(&point) } else { density };
         Some(Look {
             location: self.domain.locate(&point).map_err(|why| why.0),
             density,
-            asked: if self.density.is_some() { self.density_of(&point) } else { density },
+            asked,
+            range: [asked; 2],
             point: in_short(&point),
         })
     }
