@@ -84,7 +84,8 @@ impl Resolved {
         let mut cell = partition.leaves()[leaf].clone();
         let (least, largest) =
             weights.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &w| (low.min(w), high.max(w)));
-        let flat = least > 0.0 && largest.is_finite() && largest <= FLAT * least;
+        // The least and the largest are blind to NaN.
+        let flat = weights.iter().all(|w| *w > 0.0 && w.is_finite()) && largest <= FLAT * least;
         let [low, high] = partition.pilot_box(leaf)?;
         if !flat || space.axes() > 0 && weights.len() < LEAST_RESOLVING {
             return None;
@@ -708,7 +709,12 @@ mod tests {
                 && !of(&[2.0; 3])
                 && of(&[2.0; 5])
         );
-        assert!(!of(&[0.0; 4]) && !of(&[f64::INFINITY; 4]));
+        assert!(
+            !of(&[0.0; 4])
+                && !of(&[f64::INFINITY; 4])
+                && !of(&[f64::NAN; 4])
+                && !of(&[2.0, 2.0, 2.0, f64::NAN])
+        );
         // Of a square four by four, unless it is a part that the pilots span: here along a diagonal.
         let partition = quarters(&Square);
         let part = Resolved::new(&Square, &partition, 2, &[2.0; 4]).unwrap();

@@ -635,39 +635,47 @@ fn programs_that_misbehave_get_a_sentence() {
 fn answers_that_are_too_short_or_too_long_are_counted() {
     let folder = Folder::new();
     let greeting = "echo warpcheck 1 domain=square dimensions=2; read question;";
-    let answers = |script: &str, says: &str| {
-        let file = folder.file("program.sh", format!("{script} cat > /dev/null"));
-        expect(BAD, says, &["--sampler", &format!("sh {file}"), "--timeout", "1"], &[]);
-    };
     let zeros = |bytes: usize| format!("{greeting} head -c {bytes} /dev/zero;");
-    answers(
-        &zeros(1024),
-        "wrote 1024 of 1536 bytes in 1 s when asked `sample 64`: 2 numbers a row where 3 are due; a column missing?",
-    );
-    answers(&zeros(768), "3 numbers of 32 bits a row where 3 are due; f32 for f64?");
-    answers(
-        &zeros(1000),
-        "wrote 1000 of 1536 bytes in 1 s when asked `sample 64`: is all of it flushed? (--timeout",
-    );
-    answers(
-        &zeros(2048),
-        "wrote 512 bytes more than it was asked for when asked `sample 64`: 4 numbers a row where 3 are due; a column too many?",
-    );
-    let says =
-        "wrote 6 bytes more than it was asked for when asked `sample 64`: `debug`? Nothing but answers";
-    answers(&format!("{greeting} echo debug; head -c 1536 /dev/zero;"), says);
-    answers(
-        &format!("{greeting} echo I am a debugging aid; head -c 1000 /dev/zero;"),
-        "wrote 1021 of 1536 bytes in 1 s when asked `sample 64`: `I am a debugging aid`?",
-    );
-    answers(
-        &format!("{} exit 3;", zeros(1024)),
-        "ended (exit status: 3) when asked `sample 64`, after 1024 of 1536 bytes: 2",
-    );
-    answers(
-        r"printf 'warpcheck 1 domain=square dimensions=2\nready\n';",
-        "wrote 6 bytes more than it was asked for before it was asked `sample 64`: `ready`?",
-    );
+    let cases = [
+        (
+            zeros(1024),
+            "wrote 1024 of 1536 bytes in 1 s when asked `sample 64`: 2 numbers a row where 3 are due; a column missing?",
+        ),
+        (zeros(768), "3 numbers of 32 bits a row where 3 are due; f32 for f64?"),
+        (
+            zeros(1000),
+            "wrote 1000 of 1536 bytes in 1 s when asked `sample 64`: is all of it flushed? (--timeout",
+        ),
+        (
+            zeros(2048),
+            "wrote 512 bytes more than it was asked for when asked `sample 64`: 4 numbers a row where 3 are due; a column too many?",
+        ),
+        (
+            format!("{greeting} echo debug; head -c 1536 /dev/zero;"),
+            "wrote 6 bytes more than it was asked for when asked `sample 64`: `debug`? Nothing but answers",
+        ),
+        (
+            format!("{greeting} echo I am a debugging aid; head -c 1000 /dev/zero;"),
+            "wrote 1021 of 1536 bytes in 1 s when asked `sample 64`: `I am a debugging aid`?",
+        ),
+        (
+            format!("{} exit 3;", zeros(1024)),
+            "ended (exit status: 3) when asked `sample 64`, after 1024 of 1536 bytes: 2",
+        ),
+        (
+            r"printf 'warpcheck 1 domain=square dimensions=2\nready\n';".to_owned(),
+            "wrote 6 bytes more than it was asked for before it was asked `sample 64`: `ready`?",
+        ),
+    ];
+    // Side by side: most of them wait for a second.
+    std::thread::scope(|scope| {
+        for (i, (script, says)) in cases.iter().enumerate() {
+            let file = folder.file(&format!("{i}.sh"), format!("{script} cat > /dev/null"));
+            scope.spawn(move || {
+                expect(BAD, says, &["--sampler", &format!("sh {file}"), "--timeout", "1"], &[])
+            });
+        }
+    });
 }
 
 /// The Python example with a line of it changed.
