@@ -4,7 +4,7 @@
 //! - `set-up`: lights as the strategy needs them, and everything.
 //! - `pass`: one pass over a picture with what was planned, and with everything built (tree, all tables, all lobes).
 //!
-//! After the last, the ratios everything / planned are printed, one line a scene.
+//! After the last, the ratios everything / planned of a pass are printed, and what set-up takes, one line a scene.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::Vec3;
@@ -73,17 +73,24 @@ fn set_up(c: &mut Criterion) {
     group.finish();
 }
 
-/// Seconds of a pass, the least of some: what others do on the machine only adds.
-fn seconds(integrator: &Integrator, scene: &Scene, lights: &Lights) -> f64 {
+/// Milliseconds, the least of some: what others do on the machine only adds.
+fn milliseconds<T>(mut work: impl FnMut() -> T) -> f64 {
+    let once = |_| {
+        let start = Instant::now();
+        black_box(work());
+        1e3 * start.elapsed().as_secs_f64()
+    };
+    (0..12).map(once).fold(f64::INFINITY, f64::min)
+}
+
+/// Of a pass.
+fn of_pass(integrator: &Integrator, scene: &Scene, lights: &Lights) -> f64 {
     let mut picture = render(scene, lights, integrator.strategy(), Settings { spp: 0, seed: 1 }, |_| true);
     let mut passes = 0;
-    let mut pass = || {
+    milliseconds(|| {
         passes += 1;
-        let start = Instant::now();
         picture.resume_with(integrator, passes, |_| true);
-        start.elapsed().as_secs_f64()
-    };
-    (0..12).map(|_| pass()).fold(f64::INFINITY, f64::min)
+    })
 }
 
 fn pass(c: &mut Criterion) {
@@ -110,15 +117,23 @@ fn pass(c: &mut Criterion) {
         // In turn, so that a slow spell of the machine hits both.
         let (mut least, mut most) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..3 {
-            least = least.min(seconds(&planned, &scene, plan.lights()));
-            most = most.min(seconds(&everything, &trees, &all));
+            least = least.min(of_pass(&planned, &scene, plan.lights()));
+            most = most.min(of_pass(&everything, &trees, &all));
         }
-        ratios.push((name, strategy, most / least));
+        let sampling = LightSampling::default();
+        let plans = milliseconds(|| Plan::of(&scene, &[strategy], sampling).expect("lights"));
+        ratios.push((
+            name,
+            strategy,
+            most / least,
+            plans,
+            milliseconds(|| Lights::load(&scene).expect("lights")),
+        ));
     }
     group.finish();
-    for (name, strategy, ratio) in ratios {
+    for (name, strategy, ratio, planned, everything) in ratios {
         println!(
-            "{name:14} {:8} a pass with everything takes {ratio:.2} times as long as planned",
+            "{name:14} {:8} a pass with everything takes {ratio:.2} times as long as planned; lights {everything:.3} ms, planned {planned:.3} ms",
             strategy.to_string()
         );
     }

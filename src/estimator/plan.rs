@@ -128,8 +128,8 @@ impl Plan {
             _ if !drawn => Part::left_out("emitter table", no_strategy),
             count => {
                 let by = match sampling.selection {
-                    Selection::Area => "a CDF of areas",
-                    Selection::Power => "a CDF of powers",
+                    Selection::Area => "a CDF of areas with a guide",
+                    Selection::Power => "a CDF of powers with a guide",
                     Selection::PowerOverDistance => "a tree of powers",
                 };
                 let others = scene.triangles.len() - count;

@@ -95,10 +95,10 @@ fn strategies_agree_under_every_map() {
     }
 }
 
-/// The density that the weights are formed from is the one that was drawn from: one that is 5 % off is seen.
+/// What a density that is 5% too small all over does to a picture, at this many samples.
 #[test]
 #[ignore = "long: 256 samples a pixel"]
-fn a_wrong_density_is_seen() {
+fn five_percent_more_light_are_seen() {
     let scene = scene("lamps_and_sky", 64);
     let [right, other] =
         [LightSampling::default(), LightSampling { selection: Selection::Power, ..Default::default() }].map(
