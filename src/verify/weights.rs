@@ -19,7 +19,7 @@ use super::expectation::{Mass, Resolved};
 use super::finding::{Evidence, Finding, Verdict};
 use super::power::Power;
 use super::tally::Inverse;
-use crate::domain::{Cell, Location};
+use crate::domain::{Cell, Location, Space};
 use crate::random::{fill_unit, stream};
 use crate::statistics::{self, Moments, binomial, normal};
 
@@ -116,8 +116,8 @@ fn inverse_density(check: &'static str, case: &Case<'_>, alone: bool) -> Vec<Fin
     };
     let leaves = case.expectation.leaves.len();
     let limits: Vec<Option<f64>> = crate::parallel::map(leaves, |leaf| largest_weight(case, leaf));
-    let (mut asked, mut worst, mut of, mut needed) =
-        (0_u64, None::<(f64, String, f64)>, 0_u64, f64::INFINITY);
+    let (mut asked, mut of, mut needed) = (0_u64, 0_u64, f64::INFINITY);
+    let mut figures: Vec<(Figure, &Cell)> = Vec::new();
     let (mut share, mut error, mut lowest) = (0.0, 0.0_f64, 1.0_f64);
     let n = case.tally.samples as f64;
     for (i, scale) in case.expectation.coarse.scales.iter().enumerate() {
@@ -137,14 +137,15 @@ fn inverse_density(check: &'static str, case: &Case<'_>, alone: bool) -> Vec<Fin
                 share += figure.share;
                 error = error.max(figure.relative_error);
             }
-            if worst.as_ref().is_none_or(|w| figure.p < w.0) {
-                worst = Some((figure.p, case.probe.space().describe(&scale.cells[group]), figure.ratio));
-            }
+            figures.push((figure, &scale.cells[group]));
         }
     }
     // Of those that fell anywhere.
     share /= (1.0 - case.tally.rejected as f64 / n).max(f64::MIN_POSITIVE);
-    let Some((p, place, ratio)) = worst else {
+    // Of those beyond all p-values the farthest off.
+    let off = |figure: &Figure| figure.ratio.ln().abs();
+    figures.sort_by(|(a, _), (b, _)| a.p.total_cmp(&b.p).then_with(|| off(b).total_cmp(&off(a))));
+    let Some((worst, cell)) = figures.first() else {
         let (samples, round) = (case.tally.samples, 10_f64.powf(needed.log10().floor() - 1.0));
         let first = if needed < 1e12 {
             format!(" (it takes about {} at least)", (needed / round).ceil() * round)
@@ -159,10 +160,15 @@ fn inverse_density(check: &'static str, case: &Case<'_>, alone: bool) -> Vec<Fin
             Finding::new(check, Evidence::Unanswered, detail).part(part)
         }];
     };
-    let p = (p * asked as f64).min(1.0);
-    let detail = format!(
+    let (p, ratio) = ((worst.p * asked as f64).min(1.0), worst.ratio);
+    let place = case.probe.space().describe(cell);
+    let mut detail = format!(
         "mean of 1 / density against the measure of {asked} of {of} cells; the worst is {ratio:.5} times it, at {place}"
     );
+    if alone {
+        let wrong = figures.iter().filter(|(figure, _)| figure.p * (asked as f64) < case.settings.alpha);
+        detail += &how_far_off(case.probe.space(), wrong);
+    }
     let mut finding = Finding::new(check, Evidence::Chance { p, conservative: p }, detail).part(part);
     if share > 0.0 {
         // Of a cell's mean: 7 standard errors are missed once in a hundred times at the level of a single test.
@@ -187,6 +193,34 @@ fn inverse_density(check: &'static str, case: &Case<'_>, alone: bool) -> Vec<Fin
         )));
     }
     findings
+}
+
+/// Places where the density is told to be too low or too high.
+const TOLD: usize = 3;
+
+/// By how much the density is too low or too high in the first of these cells, and in others that have no part of them.
+fn how_far_off<'a>(space: &dyn Space, wrong: impl Iterator<Item = &'a (Figure, &'a Cell)>) -> String {
+    let apart = |a: &Cell, b: &Cell| {
+        let along = |axis: usize| a.high[axis] <= b.low[axis] || b.high[axis] <= a.low[axis];
+        a.patches.end <= b.patches.start || b.patches.end <= a.patches.start || (0..space.axes()).any(along)
+    };
+    let mut told: Vec<&Cell> = Vec::new();
+    let mut text = String::new();
+    for (figure, cell) in wrong {
+        if told.len() == TOLD {
+            break;
+        }
+        if !told.iter().all(|other| apart(cell, other)) {
+            continue;
+        }
+        text += &match told.len() {
+            0 => format!(", where the density is {}", figure.in_words()),
+            1 => format!("; {} at {}", figure.in_words(), space.describe(cell)),
+            _ => format!(", {} at {}", figure.in_words(), space.describe(cell)),
+        };
+        told.push(cell);
+    }
+    text
 }
 
 /// The mean of 1 / density over the measure, and its error, where that is the same in all cells of the coarsest scale.
@@ -243,6 +277,20 @@ struct Figure {
     ratio: f64,
     relative_error: f64,
     share: f64,
+}
+
+impl Figure {
+    /// How far the density is off: the mean of 1 / density is that of 1 / what it should be times what it should be over what it is.
+    fn in_words(&self) -> String {
+        let (of_right, error) = (1.0 / self.ratio, self.relative_error / self.ratio.powi(2));
+        let side = if of_right < 1.0 { "low" } else { "high" };
+        match of_right {
+            0.5..=2.0 => {
+                format!("{:.1}% +- {:.1}% too {side}", 100.0 * (of_right - 1.0).abs(), 100.0 * error)
+            }
+            _ => format!("{of_right:.2} +- {error:.2} times what it should be"),
+        }
+    }
 }
 
 /// The cells of one of the two coarse scales, with a figure where they can be asked, and otherwise with the samples that it takes.

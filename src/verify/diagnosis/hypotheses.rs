@@ -628,8 +628,8 @@ fn percent(share: f64) -> String {
     if percent < 0.01 { format!("{percent:.1e}%") } else { format!("{percent:.2}%") }
 }
 
-/// Names of ratios that a density is often off by.
-pub(super) fn constant(ratio: f64, tolerance: f64, patches: usize) -> Option<String> {
+/// Names of ratios that a density is often off by, and their values.
+pub(super) fn constant(ratio: f64, tolerance: f64, patches: usize) -> Option<(String, f64)> {
     let known = [
         ("2", 2.0),
         ("pi", PI),
@@ -644,17 +644,23 @@ pub(super) fn constant(ratio: f64, tolerance: f64, patches: usize) -> Option<Str
     let near = |value: f64| (ratio / value - 1.0).abs() < tolerance;
     for (name, value) in known {
         if near(value) {
-            return Some(name.to_owned());
+            return Some((name.to_owned(), value));
         }
         if near(1.0 / value) {
-            return Some(if name.contains(' ') { format!("1 / ({name})") } else { format!("1 / {name}") });
+            let inverse = match name.split_once(" / ") {
+                Some((above, below)) => format!("{below} / {above}"),
+                None if name.contains(' ') => format!("1 / ({name})"),
+                None => format!("1 / {name}"),
+            };
+            return Some((inverse, 1.0 / value));
         }
     }
-    if patches > 1 && near(patches as f64) {
-        return Some("the number of patches".to_owned());
+    let count = patches as f64;
+    if patches > 1 && near(count) {
+        return Some(("the number of patches".to_owned(), count));
     }
-    if patches > 1 && near(1.0 / patches as f64) {
-        return Some("1 / the number of patches".to_owned());
+    if patches > 1 && near(1.0 / count) {
+        return Some(("1 / the number of patches".to_owned(), 1.0 / count));
     }
     None
 }
@@ -706,7 +712,7 @@ mod tests {
 
     #[test]
     fn constants_have_names() {
-        let name = |ratio: f64| constant(ratio, 1e-5, 1).unwrap_or_default();
+        let name = |ratio: f64| constant(ratio, 1e-5, 1).unwrap_or_default().0;
         for (expected, value) in [
             ("2", 2.0),
             ("pi", PI),
@@ -719,12 +725,16 @@ mod tests {
             ("180 / pi", 180.0 / PI),
         ] {
             assert_eq!((name(value), name(value * 1.000_009)), (expected.to_owned(), expected.to_owned()));
-            let inverse =
-                if expected.contains(' ') { format!("1 / ({expected})") } else { format!("1 / {expected}") };
+            let inverse = match expected {
+                "pi / 2" => "2 / pi".to_owned(),
+                "180 / pi" => "pi / 180".to_owned(),
+                "2 pi" | "4 pi" | "2 pi^2" => format!("1 / ({expected})"),
+                _ => format!("1 / {expected}"),
+            };
             assert_eq!((name(1.0 / value), name(0.999_991 / value)), (inverse.clone(), inverse));
             assert_ne!(name(value * 1.000_011), expected);
         }
-        let of_patches = |ratio: f64, patches: usize| constant(ratio, 1e-5, patches);
+        let of_patches = |ratio: f64, patches: usize| constant(ratio, 1e-5, patches).map(|(name, _)| name);
         assert_eq!(of_patches(7.0, 7).as_deref(), Some("the number of patches"));
         assert_eq!(of_patches(1.0 / 7.0, 7).as_deref(), Some("1 / the number of patches"));
         assert_eq!((of_patches(7.0, 8), of_patches(1.0, 1)), (None, None));

@@ -29,6 +29,10 @@ const ALIKE: f64 = 9.0;
 const NEAR: f64 = 3e-5;
 /// A mean may be called a / b if b max(a, b) times its relative error is less: fractions so simple are so far apart.
 const FRACTION: f64 = 0.1;
+/// Standard errors that a mean of 1 / density may be off a constant that is named.
+const SURE: f64 = 4.0;
+/// A relative error from which on a mean says nothing of a constant.
+const ROUGH: f64 = 0.05;
 /// Other hypotheses that are listed.
 const OTHERS: usize = 3;
 
@@ -112,32 +116,55 @@ fn by_weights(case: &Case<'_>) -> Option<Diagnosis> {
     if (ratio - 1.0).abs() < 5.0 * error {
         return None;
     }
-    of_mean(1.0 / ratio, error / ratio).map(|diagnosis| {
-        let text = format!("{} (the densities, all over the domain)", diagnosis.text);
+    let (ratio, tolerance) = (1.0 / ratio, known_to(error / ratio));
+    of_mean(ratio, tolerance).map(|diagnosis| {
+        let space = case.probe.space();
+        let (measure, lobes) = (space.measure(), matches!(space.name(), "hemisphere" | "sphere"));
+        let more = match hypotheses::exponent(ratio, tolerance).filter(|_| lobes) {
+            _ if diagnosis.name != "constant" => String::new(),
+            _ if measure.is_finite() && (ratio * measure - 1.0).abs() < tolerance => {
+                format!(", 1 / the measure of the {}", space.name())
+            }
+            Some(n) => format!(", (n + 2) / (n + 1) if this is a lobe of exponent n = {n}"),
+            None => String::new(),
+        };
+        let text = format!("{}{more} (the densities, all over the domain)", diagnosis.text);
         Diagnosis { text, ..diagnosis }
     })
 }
 
 /// What would explain a mean that is `ratio` times what it should be, known up to a relative `tolerance`.
 pub(super) fn of_mean(ratio: f64, tolerance: f64) -> Option<Diagnosis> {
-    if !(tolerance < 0.05) {
+    if !(tolerance < ROUGH) {
         return None;
     }
-    // Of counts: 4 lights of 5, if so much can be told.
-    let near = |(a, b): &(u32, u32)| (ratio * f64::from(*b) / f64::from(*a) - 1.0).abs() < tolerance;
-    let fractions = (1..=12).flat_map(|b| (1..=12).filter(move |&a| a != b).map(move |a| (a, b)));
-    let told_apart = |&(a, b): &(u32, u32)| f64::from(b * a.max(b)) * tolerance < FRACTION;
-    let fraction = fractions.filter(told_apart).find(near);
-    let known = hypotheses::constant(ratio, tolerance, 1);
-    let (name, text) = match known
-        .or_else(|| fraction.map(|(a, b)| if b == 1 { a.to_string() } else { format!("{a} / {b}") }))
-    {
-        Some(known) => {
+    let (name, text) = match known_constant(ratio, tolerance) {
+        Some((known, _)) => {
             (format!("constant {known}"), format!("every value is {known} times what it should be"))
         }
         None => ("constant".to_owned(), format!("the mean is {ratio:.6} times what it should be")),
     };
     Some(Diagnosis { name, ..Diagnosis::direct(("", text)) })
+}
+
+/// The relative tolerance of a mean with this relative error.
+pub(crate) fn known_to(error: f64) -> f64 {
+    // What is known less well has a name only if it is that near.
+    if error < ROUGH { (SURE * error).min(0.99 * ROUGH) } else { f64::NAN }
+}
+
+/// A name for a constant that is known up to a relative `tolerance`, and the constant of that name.
+pub(crate) fn known_constant(ratio: f64, tolerance: f64) -> Option<(String, f64)> {
+    // Of counts: 4 lights of 5, if so much can be told.
+    let near = |(a, b): &(u32, u32)| (ratio * f64::from(*b) / f64::from(*a) - 1.0).abs() < tolerance;
+    let fractions = (1..=12).flat_map(|b| (1..=12).filter(move |&a| a != b).map(move |a| (a, b)));
+    let told_apart = |&(a, b): &(u32, u32)| f64::from(b * a.max(b)) * tolerance < FRACTION;
+    let in_words = |(a, b): (u32, u32)| {
+        let name = if b == 1 { a.to_string() } else { format!("{a} / {b}") };
+        (name, f64::from(a) / f64::from(b))
+    };
+    hypotheses::constant(ratio, tolerance, 1)
+        .or_else(|| fractions.filter(told_apart).find(near).map(in_words))
 }
 
 /// A hypothesis and how it fits.
@@ -276,7 +303,7 @@ fn constant(case: &Case<'_>, counts: &Counts, shape: &[f64]) -> Option<Diagnosis
     let exponent = hypotheses::exponent(ratio, tolerance).filter(|_| directions);
     let figures = format!("its integral is {:.6} where {should:.6} of the samples are drawn", total.value);
     let (name, text) = match (known, exponent) {
-        (Some(known), _) => (
+        (Some((known, _)), _) => (
             format!("constant {known}"),
             format!(
                 "the shape of the density is right, but it is {known} times what it should be; {figures}"
