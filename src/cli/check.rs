@@ -3,6 +3,8 @@
 use super::common::{self, Dossier, OutputFolder, ReportArgument, print};
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
+use indicatif::ProgressBar;
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,13 +13,14 @@ use std::time::{Duration, Instant};
 use warpcheck::domain::{Domain, Space};
 use warpcheck::foreign::{
     AGAIN, Columns, Convention, Coordinates, DomainName, Frame, Given, Keeping, Measure, Place, Program,
-    ProgramRows, Samples, Started, Table, WithTable, of_program, of_samples, read_array, read_to_nothing,
+    ProgramRows, Samples, Started, Table, WithTable, of_program, of_samples, read_array,
+    read_to_nothing,
 };
 use warpcheck::picture::{Compression, write_atomically, write_planes, write_png};
 use warpcheck::report;
 use warpcheck::sampler::{Sampler, luminance};
 use warpcheck::verify::{
-    Against, Examination, Recording, Report, Settings, Verdict, compare_recordings, recording,
+    Against, Diagnosis, Examination, Recording, Report, Settings, Verdict, compare_recordings, recording,
 };
 
 #[derive(Args)]
@@ -153,6 +156,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         mine.set_length(drawn.of);
         mine.set_position(drawn.samples);
     }));
+    let search = Search { bar: &bar, name: name(arguments), stop: &stop, began: Cell::new(false) };
     let mut may_jump = false;
     let examined = match &arguments.sampler {
         Some(command) => {
@@ -167,18 +171,21 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             may_jump = started.greeting().get("grid").is_none()
                 && !matches!(domain, DomainName::Triangle(_) | DomainName::Discrete(_))
                 && !(arguments.density.is_some() || arguments.env.is_some() || arguments.against.is_some());
-            warpcheck::on_domain!(domain, domain => program(started, domain, arguments, &settings, &stop))
+            warpcheck::on_domain!(domain, domain => program(started, domain, arguments, &settings, &search))
         }
         None => {
             let Some(domain) = arguments.domain else { bail!("say with --domain where the points live") };
-            warpcheck::on_domain!(domain, domain => samples(domain, arguments, &settings))
+            warpcheck::on_domain!(domain, domain => samples(domain, arguments, &settings, &search))
         }
     };
     bar.finish_and_clear();
     let examination = examined?;
     settings.samples = examination.samples;
     let report = Report::new(vec![examination], &settings);
-    let stopped = stop.load(Ordering::Relaxed);
+    let stopped = stop.load(Ordering::Relaxed).then(|| match search.began.get() {
+        true => "Stopped while the cause was being looked for.",
+        false => "Stopped: this is of the samples that were judged until then.",
+    });
     let code = conclude(&report, arguments, stopped, dossier)?;
     if may_jump && report.verdict() == Verdict::Inconclusive && report.examinations[0].integral.1 > ROUGH {
         print(
@@ -319,7 +326,43 @@ fn picture(file: &Path) -> Result<(usize, usize, Vec<f64>)> {
     Ok((picture.height(), picture.width(), values))
 }
 
-fn samples<D: Coordinates>(domain: D, arguments: &Arguments, settings: &Settings) -> Result<Examination> {
+/// The search for what would explain a failure, which may take longer than all else.
+struct Search<'a> {
+    bar: &'a ProgressBar,
+    name: String,
+    stop: &'a Arc<AtomicBool>,
+    began: Cell<bool>,
+}
+
+impl Search<'_> {
+    /// Looks for it unless stopped before. What was found until somebody stops it is not the likeliest.
+    fn explain(
+        &self,
+        examination: &mut Examination,
+        look: impl FnOnce(&dyn Fn(&str)) -> Result<Option<Diagnosis>>,
+    ) -> Result<()> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        self.began.set(true);
+        let told = |tried: &str| {
+            common::say_on(self.bar, format!("{} fails; looking for the cause: {tried}", self.name));
+        };
+        let found = look(&told)?;
+        let before = examination.diagnosis.take();
+        if !self.stop.load(Ordering::Relaxed) {
+            examination.diagnosis = found.or(before);
+        }
+        Ok(())
+    }
+}
+
+fn samples<D: Coordinates>(
+    domain: D,
+    arguments: &Arguments,
+    settings: &Settings,
+    search: &Search<'_>,
+) -> Result<Examination> {
     let convention = convention(domain, arguments, None)?;
     let given = density(&convention.domain, arguments)?;
     let place = place(arguments.file.as_deref());
@@ -361,8 +404,9 @@ fn samples<D: Coordinates>(domain: D, arguments: &Arguments, settings: &Settings
     if fails {
         let given = readings(&given, arguments.partial);
         let held = kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let found = of_samples(&held, &layout, &convention, given, settings).map_err(plain)?;
-        examination.diagnosis = found.or(examination.diagnosis);
+        search.explain(&mut examination, |told| {
+            of_samples(&held, &layout, &convention, given, settings, told).map_err(plain)
+        })?;
     }
     Ok(examination)
 }
@@ -391,11 +435,11 @@ fn program<D: Coordinates>(
     domain: D,
     arguments: &Arguments,
     settings: &Settings,
-    stop: &Arc<AtomicBool>,
+    search: &Search<'_>,
 ) -> Result<Examination> {
     let convention = convention(domain, arguments, Some(&started))?;
     let given = density(&convention.domain, arguments)?;
-    let mut program: Program<D> = started.on(convention.clone())?.stopping(Arc::clone(stop));
+    let mut program: Program<D> = started.on(convention.clone())?.stopping(Arc::clone(search.stop));
     let name = name(arguments);
     if let Some(file) = &arguments.against {
         let place = place(Some(file));
@@ -419,9 +463,10 @@ fn program<D: Coordinates>(
         None => warpcheck::verify(&program).name(name).settings(settings.clone()).examine(),
     };
     let (mut examination, fails) = judged(examination, settings)?;
-    if fails && !stop.load(Ordering::Relaxed) {
-        examination.diagnosis =
-            of_program(&mut program, readings(&given, false), settings).or(examination.diagnosis);
+    if fails {
+        search.explain(&mut examination, |told| {
+            Ok(of_program(&mut program, readings(&given, false), settings, told))
+        })?;
     }
     program.finish()?;
     Ok(examination)
@@ -433,7 +478,7 @@ const ROUGH: f64 = 3e-4;
 fn conclude(
     report: &Report,
     arguments: &Arguments,
-    stopped: bool,
+    stopped: Option<&str>,
     dossier: Option<Dossier>,
 ) -> Result<ExitCode> {
     let replay = |_: &str| {
@@ -467,13 +512,13 @@ fn conclude(
         write_atomically(file, |out| out.write_all(json.as_bytes()))?;
     }
     common::finish(dossier, |page| {
-        if stopped {
-            page.says("Stopped: this is of the samples that were judged until then.");
+        if let Some(words) = stopped {
+            page.says(words);
         }
         page.verify(report, replay);
     })?;
     Ok(match report.verdict() {
-        _ if stopped => ExitCode::from(130),
+        _ if stopped.is_some() => ExitCode::from(130),
         Verdict::Fail => ExitCode::from(1),
         Verdict::Inconclusive if !arguments.allow_inconclusive => ExitCode::from(3),
         _ => ExitCode::SUCCESS,

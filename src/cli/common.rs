@@ -6,7 +6,7 @@ use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use warpcheck::catalogue::{self, Entry};
 use warpcheck::estimator::{LightSampling, Selection, Strategy};
 use warpcheck::picture::{Picture, Tone};
@@ -324,6 +324,15 @@ pub fn progress(total: u64, unit: &str) -> ProgressBar {
         bar.set_style(style);
     }
     bar
+}
+
+/// Makes a progress bar say what is being done, where nobody knows for how long.
+pub fn say_on(bar: &ProgressBar, words: String) {
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg} {elapsed}") {
+        bar.set_style(style);
+    }
+    bar.set_message(words);
+    bar.enable_steady_tick(Duration::from_millis(100));
 }
 
 pub use warpcheck::picture::file_stem;

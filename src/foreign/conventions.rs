@@ -29,7 +29,8 @@ pub struct Given<'a, D> {
     pub partial: bool,
 }
 
-fn settings_of(settings: &Settings) -> Settings {
+/// Settings by which the rows that were kept are judged again.
+pub(super) fn settings_of(settings: &Settings) -> Settings {
     Settings {
         samples: AGAIN as u64,
         anytime: false,
@@ -44,7 +45,7 @@ fn settings_of(settings: &Settings) -> Settings {
 const ONE_BY_ONE: [&str; 5] = ["jacobian", "round trip", "agreement", "domain", "support"];
 
 /// Whether an examination passes, with an answer of a check that a wrong convention would fail. One that was stopped convinces nobody.
-fn convinces(examination: Examination, settings: &Settings) -> bool {
+pub(super) fn convinces(examination: Examination, settings: &Settings) -> bool {
     if settings.stopped() {
         return false;
     }
@@ -55,18 +56,25 @@ fn convinces(examination: Examination, settings: &Settings) -> bool {
     answered(&examination) && Report::new(vec![examination], settings).verdict() == Verdict::Pass
 }
 
-fn diagnosis(found: Vec<(String, String)>) -> Option<Diagnosis> {
-    let mut found = found.into_iter();
-    let (name, text) = found.next()?;
+fn diagnosis(found: Vec<(String, String)>, settings: &Settings) -> Option<Diagnosis> {
+    let whole = |text: String| format!("a convention, most likely: {text} nothing is wrong");
+    first_of(found.into_iter().map(|(name, text)| (name, whole(text))), settings)
+}
+
+/// The first of these mistakes, each a name and a sentence; the others look the same. None if not all were tried.
+pub(super) fn first_of(
+    mut found: impl Iterator<Item = (String, String)>,
+    settings: &Settings,
+) -> Option<Diagnosis> {
+    let (name, mut text) = found.next().filter(|_| !settings.stopped())?;
     let alike: Vec<String> = found.map(|(name, _)| name).collect();
-    let mut text = format!("a convention, most likely: {text} nothing is wrong");
     if !alike.is_empty() {
         text += &format!(" (or, which looks the same here: {})", alike[..alike.len().min(3)].join("; "));
     }
     Some(Diagnosis { name, alike, text, explains: true, gain: 0.0, margin: None, others: Vec::new() })
 }
 
-/// Judges the rows that were kept under other conventions; what makes them pass is the diagnosis.
+/// Judges the rows that were kept under other conventions; what makes them pass is the diagnosis. `told` hears what is tried.
 ///
 /// # Errors
 /// None that reading memory could give.
@@ -76,6 +84,7 @@ pub fn of_samples<D: Coordinates>(
     convention: &Convention<D>,
     given: Given<'_, D>,
     settings: &Settings,
+    told: &dyn Fn(&str),
 ) -> Result<Option<Diagnosis>, RowsError> {
     let settings = settings_of(settings);
     let passes = |convention: &Convention<D>, table: Option<&Table<D>>| -> Result<bool, RowsError> {
@@ -94,32 +103,51 @@ pub fn of_samples<D: Coordinates>(
     }
     let mut found = Vec::new();
     for (words, table) in given.rivals {
+        told(words);
         if passes(convention, Some(table))? {
             found.push((words.clone(), format!("with {words},")));
         }
     }
-    for other in convention.others() {
-        if other.measure != convention.measure && layout.has_density() && passes(&other, given.table)? {
-            found.push(named(&other, false));
+    let measures = convention.others().into_iter().filter(|other| other.measure != convention.measure);
+    for other in measures.filter(|_| layout.has_density()) {
+        let (name, words) = named(&other, false);
+        told(&name);
+        if passes(&other, given.table)? {
+            found.push((name, words));
+            if convention.measure == Measure::of(&convention.domain)[0] {
+                found.extend(as_factor(other.measure).map(|factor| (factor.to_owned(), String::new())));
+            }
         }
     }
     if !found.is_empty() {
-        return Ok(diagnosis(found));
+        return Ok(diagnosis(found, &settings));
     }
     let frames = match given.table {
         Some(table) => likeliest_frames(held, layout, convention, table),
         None => upright_frames(held, layout, convention),
     };
     for other in frames {
+        let (name, words) = named(&other, true);
+        told(&name);
         if passes(&other, given.table)? {
-            found.push(named(&other, true));
+            found.push((name, words));
             // Without a table one way up is enough.
             if given.table.is_none() {
                 break;
             }
         }
     }
-    Ok(diagnosis(found))
+    Ok(diagnosis(found, &settings))
+}
+
+/// What a density per this measure is to whoever means it to be one per the domain's own.
+fn as_factor(measure: Measure) -> Option<&'static str> {
+    match measure {
+        Measure::ProjectedSolidAngle => Some("lacks cos theta"),
+        Measure::ThetaPhi => Some("extra sin theta"),
+        Measure::RPhi => Some("extra r"),
+        _ => None,
+    }
 }
 
 /// Without a density of the place, turning points about the vertical changes nothing, and which way is up no more than what lies inside, and what a density
@@ -184,17 +212,21 @@ fn named<D: Coordinates>(other: &Convention<D>, frame: bool) -> (String, String)
     (name.clone(), format!("if {what} {name},"))
 }
 
-/// The same for a program that can be asked again, held against its own density or a table.
+/// The same for a program that can be asked again, held against its own density or a table. Once stopped, it is not asked any more.
 pub fn of_program<D: Coordinates>(
     program: &mut Program<D>,
     given: Given<'_, D>,
     settings: &Settings,
+    told: &dyn Fn(&str),
 ) -> Option<Diagnosis> {
     let settings = Settings { samples: PROGRAM_AGAIN, ..settings_of(settings) };
-    match given.table {
-        Some(table) => against_table(program, table, given.rivals, &settings),
-        None => against_itself(program, &settings),
-    }
+    program.quits_when_stopped(true);
+    let diagnosis = match given.table {
+        Some(table) => against_table(program, table, given.rivals, &settings, told),
+        None => against_itself(program, &settings, told),
+    };
+    program.quits_when_stopped(false);
+    diagnosis
 }
 
 /// The variates of the samples that are only looked at.
@@ -210,6 +242,7 @@ fn against_table<D: Coordinates>(
     table: &Table<D>,
     rivals: &[(String, Table<D>)],
     settings: &Settings,
+    told: &dyn Fn(&str),
 ) -> Option<Diagnosis> {
     let passes = |program: &Program<D>, table: &Table<D>| {
         let sampler = WithTable { program, table };
@@ -220,6 +253,7 @@ fn against_table<D: Coordinates>(
     }
     let mut found = Vec::new();
     for (words, table) in rivals {
+        told(words);
         if passes(program, table) {
             found.push((words.clone(), format!("with {words},")));
         }
@@ -238,18 +272,24 @@ fn against_table<D: Coordinates>(
             Vec::new()
         };
         for other in frames {
-            program.under(other.clone());
+            let (name, words) = named(&other, true);
+            told(&name);
+            program.under(other);
             if passes(program, table) {
-                found.push(named(&other, true));
+                found.push((name, words));
                 break;
             }
         }
         program.under(own);
     }
-    diagnosis(found)
+    diagnosis(found, settings)
 }
 
-fn against_itself<D: Coordinates>(program: &mut Program<D>, settings: &Settings) -> Option<Diagnosis> {
+fn against_itself<D: Coordinates>(
+    program: &mut Program<D>,
+    settings: &Settings,
+    told: &dyn Fn(&str),
+) -> Option<Diagnosis> {
     let own = program.convention().clone();
     let mut found = Vec::new();
     let xi = glanced(program, settings);
@@ -264,7 +304,9 @@ fn against_itself<D: Coordinates>(program: &mut Program<D>, settings: &Settings)
         if settings.stopped() {
             break;
         }
-        program.under(other.clone());
+        let (name, words) = named(&other, turned);
+        told(&name);
+        program.under(other);
         let passes = |settings: &Settings| {
             convinces(crate::verify(&*program).settings(settings.clone()).examine(), settings)
         };
@@ -275,10 +317,10 @@ fn against_itself<D: Coordinates>(program: &mut Program<D>, settings: &Settings)
             ..settings.clone()
         };
         if inside(program) && passes(&quick) && passes(settings) {
-            found.push(named(&other, turned));
+            found.push((name, words));
             break;
         }
     }
     program.under(own);
-    diagnosis(found)
+    diagnosis(found, settings)
 }

@@ -75,6 +75,7 @@ impl Started {
             failure: Mutex::new(None),
             failed: AtomicBool::new(false),
             stop: Arc::default(),
+            quits: false,
         };
         program.ask_twice()?;
         Ok(program)
@@ -118,12 +119,19 @@ pub struct Program<D> {
     failure: Mutex<Option<ProgramError>>,
     failed: AtomicBool,
     stop: Arc<AtomicBool>,
+    /// Whether it is asked no more once that is set.
+    quits: bool,
 }
 
 impl<D: Coordinates> Program<D> {
     /// A flag to set once the program has failed; for [`Settings::stop`](crate::verify::Settings::stop), so that drawing ends then.
     pub fn stopping(self, stop: Arc<AtomicBool>) -> Self {
         Self { stop, ..self }
+    }
+
+    /// Whether its samples are rejected and its densities 0 from the time that the flag is set: where nobody will look at them.
+    pub(super) fn quits_when_stopped(&mut self, quits: bool) {
+        self.quits = quits;
     }
 
     /// The same program under another convention, for a while.
@@ -146,7 +154,7 @@ impl<D: Coordinates> Program<D> {
     }
 
     fn ask(&self, word: &str, rows: &[f64], width: usize, each: usize, out: &mut Vec<f64>) -> bool {
-        if self.failed.load(Ordering::Relaxed) {
+        if self.failed.load(Ordering::Relaxed) || self.quits && self.stop.load(Ordering::Relaxed) {
             return false;
         }
         let Err(error) = self.process.ask(word, rows, width, each, out) else { return true };
