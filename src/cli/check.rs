@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use warpcheck::domain::{Domain, Space};
 use warpcheck::foreign::{
     AGAIN, Columns, Convention, Coordinates, DomainName, Frame, Given, Keeping, Measure, Place, Program,
-    ProgramRows, Samples, Started, Table, WithTable, of_program, of_samples, read_array,
+    ProgramRows, Samples, Started, Table, WithTable, of_densities, of_program, of_samples, read_array,
     read_to_nothing,
 };
 use warpcheck::picture::{Compression, write_atomically, write_planes, write_png};
@@ -404,8 +404,16 @@ fn samples<D: Coordinates>(
     if fails {
         let given = readings(&given, arguments.partial);
         let held = kept.lock().unwrap_or_else(PoisonError::into_inner);
+        // Nothing but the column says what the density should be, and nobody what is wrong with it.
+        let unexplained = given.table.is_none() && !given.partial && examination.diagnosis.is_none();
         search.explain(&mut examination, |told| {
-            of_samples(&held, &layout, &convention, given, settings, told).map_err(plain)
+            let found = of_samples(&held, &layout, &convention, given, settings, told).map_err(plain)?;
+            match found {
+                None if unexplained => {
+                    of_densities(&held, &layout, &convention, settings, told).map_err(plain)
+                }
+                found => Ok(found),
+            }
         })?;
     }
     Ok(examination)

@@ -11,7 +11,7 @@ use super::power::{self, Power};
 use super::probe::Probe;
 use super::sequential::Bets;
 use super::settings::Settings;
-use super::{goodness, map, tally};
+use super::{goodness, map, tally, weights};
 use crate::domain::Space;
 use std::time::{Duration, Instant};
 
@@ -73,6 +73,8 @@ pub struct Examination {
     /// The parts of that time, in order.
     pub phases: Vec<(&'static str, Duration)>,
     pub(super) painter: Painter,
+    /// Of densities that came with the samples and are wrong: the mean of 1 / density over the measure and its error, where that is the same all over the domain.
+    pub(crate) common_ratio: Option<(f64, f64)>,
 }
 
 impl std::fmt::Debug for Examination {
@@ -160,6 +162,7 @@ impl Examination {
             time: Duration::ZERO,
             phases: Vec::new(),
             painter: Box::new(move |height| blank(height.max(1))),
+            common_ratio: None,
         }
     }
 }
@@ -255,7 +258,9 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
     }
     let case = Case { probe, expectation: &expectation, tally: &tally, settings };
     let checked = start.elapsed();
-    let diagnosis = if settings.diagnose && findings.iter().any(suspicious) { diagnose(&case) } else { None };
+    let suspected = findings.iter().any(suspicious);
+    let diagnosis = if settings.diagnose && suspected { diagnose(&case) } else { None };
+    let common_ratio = if suspected && !probe.has_density() { weights::common_ratio(&case) } else { None };
     let history = history.judge(&expectation, &tally, bets.as_ref().map(Bets::ln_e));
     let edges = edges::probes(probe);
     let diagnosed = start.elapsed();
@@ -292,5 +297,6 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
         ],
         time: start.elapsed(),
         painter: map::painter(probe.space_for_keeps(), expectation.partition, cells, cell_of_leaf),
+        common_ratio,
     }
 }

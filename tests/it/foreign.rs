@@ -396,6 +396,80 @@ fn wrong_conventions_are_named() {
     expect(PASS, "1 of 1", &[&arguments[..], &["--measure", "uv"]].concat(), &bytes);
 }
 
+/// Rows that are held against their own column alone, and what is to be said of them; an empty text if no mistake is to be named.
+#[track_caller]
+fn is_diagnosed(domain: &str, rows: &[Vec<f64>], says: &str) {
+    let (code, out, err) = check(&["--domain", domain, "--columns", "x,y,z,pdf:f32"], &f32s(rows));
+    assert_eq!(code, FAIL, "{out}\n{err}");
+    match says {
+        "" => assert!(!out.contains("diagnosis"), "{out}"),
+        _ => assert!(out.contains(says), "`{says}` is not said\n{out}"),
+    }
+}
+
+#[test]
+fn mistakes_in_the_column_of_densities_are_named() {
+    use std::f64::consts::{PI, TAU};
+    // Directions of a cosine lobe, and another density of their cosine.
+    let lobe = |claimed: &dyn Fn(f64) -> f64| -> Vec<Vec<f64>> {
+        cosine(30_000).iter().map(|row| vec![row[0], row[1], row[2], claimed(row[2])]).collect()
+    };
+    let hemisphere =
+        |claimed: &dyn Fn(f64) -> f64, says: &str| is_diagnosed("hemisphere", &lobe(claimed), says);
+    hemisphere(
+        &|_| 1.0 / TAU,
+        "the density lacks a factor 2 cos theta, most likely: multiplied by it, nothing is wrong",
+    );
+    hemisphere(
+        &|_| 1.0 / PI,
+        "projected-solid-angle, nothing is wrong (or, which looks the same here: lacks cos theta)",
+    );
+    hemisphere(
+        &|z| z * z / PI,
+        "the density has a factor cos theta too many, most likely: divided by it, nothing is wrong",
+    );
+    hemisphere(
+        &|z| 2.0 * z / PI,
+        "every value is 2 times what it should be (the densities, all over the domain)",
+    );
+    hemisphere(&|z| PI / z, "the column holds 1 / the density, most likely");
+    hemisphere(&|z| (z / PI).ln(), "the column holds the logarithm of the density, most likely");
+
+    let sphere = |height: &dyn Fn(f64) -> f64, claimed: &dyn Fn(f64) -> f64, says: &str| {
+        let (mut rng, mut xi) = (stream(1, "foreign", 0), [0.0; 2]);
+        let rows = (0..30_000).map(|_| {
+            fill_unit(&mut rng, &mut xi);
+            let (z, phi) = (height(xi[0]), TAU * xi[1]);
+            let s = (1.0 - z * z).max(0.0).sqrt();
+            vec![s * phi.cos(), s * phi.sin(), z, claimed(s)]
+        });
+        is_diagnosed("sphere", &rows.collect::<Vec<_>>(), says);
+    };
+    // Uniform, where the density is that of uniform theta, and the other way round.
+    let uniform = |u: f64| 2.0 * u - 1.0;
+    sphere(
+        &uniform,
+        &|s| 1.0 / (2.0 * PI * PI * s),
+        "the density lacks a factor sin theta times pi / 2, most likely",
+    );
+    sphere(
+        &|u| (PI * u).cos(),
+        &|_| 0.25 / PI,
+        "the density has a factor sin theta times pi / 2 too many, most likely: divided by it, nothing is wrong",
+    );
+}
+
+#[test]
+fn other_mistakes_in_the_column_have_no_name_but_a_place() {
+    let lobe = VonMisesFisher::new(glam::Vec3::new(0.6, 0.0, 0.8), 3.0).unwrap();
+    let rows = rows(&lobe, 30_000, |s| {
+        let [x, y, z] = s.point.to_array();
+        vec![x, y, z, if x > 0.0 && y > 0.0 && z > 0.0 { 1.3 * s.density } else { s.density }]
+    });
+    is_diagnosed("sphere", &rows, "");
+    is_diagnosed("sphere", &rows, "% too high");
+}
+
 #[test]
 fn an_environment_map_with_and_without_the_sine() {
     use warpcheck::sampler::{Environment, RowWarp};
