@@ -130,7 +130,8 @@ fn corrections<D: Coordinates>(held: &Held, layout: &Layout, convention: &Conven
     other("density's square root", power("square root"), Box::new(|_, p| p.sqrt()));
     other("density squared", power("square"), Box::new(|_, p| p * p));
     let uniform = domain.measure().is_finite().then_some(Factor { name: "uniform", value: |_| 1.0 });
-    for Factor { name, value } in uniform.into_iter().chain(domain.usual_densities()) {
+    let usual = uniform.into_iter().chain(domain.usual_densities());
+    for Factor { name, value } in usual.filter(|usual| !is_claimed(usual, held, layout, convention)) {
         let words = format!("the samples follow another density ({name})");
         other(name, Mistake::Shape(words, false), Box::new(move |at, _| value(at)));
     }
@@ -164,6 +165,25 @@ fn axis_of_lobe<D: Coordinates>(held: &Held, layout: &Layout, convention: &Conve
     }
     let axis = sum.normalize_or_zero();
     (sum.length() > 0.1 * count && axis.z < 0.999).then_some(axis)
+}
+
+/// Whether the density is this one, up to a constant, at most samples: then the samples don't follow another one, whatever is wrong at the others.
+fn is_claimed<D: Coordinates>(
+    usual: &Factor,
+    held: &Held,
+    layout: &Layout,
+    convention: &Convention<D>,
+) -> bool {
+    const EQUAL: f64 = 1e-3;
+    let ratio = |row: &[f64]| {
+        let row = layout.row(convention, row);
+        let at = convention.domain.locate(&row.point?).ok()?;
+        Some(row.density? / (usual.value)(&at))
+    };
+    let mut ratios: Vec<f64> = held.rows(SOME).filter_map(ratio).collect();
+    ratios.sort_by(f64::total_cmp);
+    let Some(&median) = ratios.get(ratios.len() / 2) else { return false };
+    2 * ratios.iter().filter(|ratio| (*ratio / median - 1.0).abs() < EQUAL).count() > ratios.len()
 }
 
 /// The p-value of the means of 1 / density; 0 where something is wrong for certain.

@@ -461,13 +461,17 @@ fn mistakes_in_the_column_of_densities_are_named() {
 
 #[test]
 fn other_mistakes_in_the_column_have_no_name_but_a_place() {
+    let octant = |[x, y, z]: [f64; 3], density: f64| {
+        vec![x, y, z, if x > 0.0 && y > 0.0 && z > 0.0 { 1.3 * density } else { density }]
+    };
     let lobe = VonMisesFisher::new(glam::Vec3::new(0.6, 0.0, 0.8), 3.0).unwrap();
-    let rows = rows(&lobe, 30_000, |s| {
-        let [x, y, z] = s.point.to_array();
-        vec![x, y, z, if x > 0.0 && y > 0.0 && z > 0.0 { 1.3 * s.density } else { s.density }]
-    });
-    is_diagnosed("sphere", &rows, "");
-    is_diagnosed("sphere", &rows, "% too high");
+    for (domain, rows) in [
+        ("hemisphere", rows(&CosineHemisphere, 30_000, |s| octant(s.point.to_array(), s.density))),
+        ("sphere", rows(&lobe, 30_000, |s| octant(s.point.to_array(), s.density))),
+    ] {
+        is_diagnosed(domain, &rows, "");
+        is_diagnosed(domain, &rows, "% too high");
+    }
 }
 
 #[test]
