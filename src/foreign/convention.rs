@@ -158,23 +158,67 @@ impl Measure {
     }
 
     /// What a density per this measure is to be multiplied by to be one per the domain's own.
-    pub fn factor(self, space: &dyn Space, at: &Location) -> f64 {
-        // Asked of every sample: names are compared only where that matters.
-        let range = || if space.name() == "hemisphere" { 0.5 * PI } else { PI };
-        let theta = || range() * at.at[0];
+    pub fn factor(self, space: &dyn Space) -> MeasureFactor {
+        let directions = matches!(space.name(), "sphere" | "hemisphere");
+        let half_turns = if space.name() == "hemisphere" { 0.5 } else { 1.0 };
         match self {
-            Self::SolidAngle | Self::Area | Self::Length | Self::Mass => 1.0,
-            Self::ProjectedSolidAngle => theta().cos().abs(),
-            Self::ThetaPhi => 1.0 / theta().sin(),
-            Self::Uv => match space.name() {
-                "sphere" | "hemisphere" => 1.0 / (2.0 * PI * range() * theta().sin()),
-                "triangle" => 0.5 / space.measure(),
-                _ => 1.0,
-            },
-            Self::RPhi => 1.0 / at.at[0],
-            Self::Uniform => 1.0 / space.measure(),
+            Self::SolidAngle | Self::Area | Self::Length | Self::Mass => MeasureFactor::Same(1.0),
+            Self::ProjectedSolidAngle => MeasureFactor::Cosine { range: half_turns * PI },
+            Self::ThetaPhi => MeasureFactor::Sine { half_turns, scale: 1.0 },
+            Self::Uv if directions => {
+                MeasureFactor::Sine { half_turns, scale: 1.0 / (2.0 * PI * half_turns * PI) }
+            }
+            Self::Uv if space.name() == "triangle" => MeasureFactor::Same(0.5 / space.measure()),
+            Self::Uv => MeasureFactor::Same(1.0),
+            Self::RPhi => MeasureFactor::Radius,
+            Self::Uniform => MeasureFactor::Same(1.0 / space.measure()),
         }
     }
+}
+
+/// What densities per a [`Measure`] are to be multiplied by, on a domain: looked up once, asked of every sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MeasureFactor {
+    /// The same everywhere.
+    Same(f64),
+    /// |cos theta|; theta is `range` times the first axis of the chart.
+    Cosine {
+        /// Radians.
+        range: f64,
+    },
+    /// `scale` / sin theta; theta is pi times `half_turns` times the first axis of the chart.
+    Sine {
+        /// 1 on the sphere, 1/2 on the hemisphere.
+        half_turns: f64,
+        /// What stands above the sine.
+        scale: f64,
+    },
+    /// 1 / r, the first axis of the chart of the disk.
+    Radius,
+}
+
+impl MeasureFactor {
+    /// At a place. Infinite at poles and in the middle of a disk where a density per its chart is.
+    #[inline]
+    pub fn at(self, place: &Location) -> f64 {
+        let first = place.at[0];
+        match self {
+            Self::Same(factor) => factor,
+            Self::Cosine { range } => (range * first).cos().abs(),
+            Self::Sine { half_turns, scale } => scale / sine_of_half_turns(half_turns * first),
+            Self::Radius => 1.0 / first,
+        }
+    }
+}
+
+/// sin(pi x) for x from 0 to 1, to 3e-14 of itself, also at both ends. The terms of Taylor's series, which a compiler takes for several samples at once, where it waits for a call of the library's sine.
+#[inline]
+fn sine_of_half_turns(x: f64) -> f64 {
+    let t = PI * x.min(1.0 - x);
+    let square = t * t;
+    // t^19 / 19!, the first that is left out, is 4e-14 at a quarter turn.
+    let series = [272.0, 210.0, 156.0, 110.0, 72.0, 42.0, 20.0, 6.0];
+    t * series.into_iter().fold(1.0, |sum, of: f64| 1.0 - square * (1.0 / of) * sum)
 }
 
 impl Display for Measure {
@@ -231,7 +275,7 @@ impl<D: Coordinates> Convention<D> {
         {
             return theirs;
         }
-        self.domain.locate(point).map_or(theirs, |at| theirs * self.measure.factor(&self.domain, &at))
+        self.domain.locate(point).map_or(theirs, |at| theirs * self.measure.factor(&self.domain).at(&at))
     }
 
     /// The same domain under every other convention that there is, in the order in which they are likely.
@@ -255,6 +299,19 @@ impl<D: Coordinates> Convention<D> {
 mod tests {
     use super::*;
     use crate::domain::{Cell, Disk, Hemisphere, Integrator, Knots, Sphere, Triangle};
+
+    #[test]
+    fn the_series_is_the_sine() {
+        for i in 0..=1000 {
+            // From 1e-15 to a half, evenly and in magnitude, and as far from the other end.
+            for x in [f64::from(i) / 2000.0, 10_f64.powf(-15.0 * f64::from(i) / 1000.0) / 2.0] {
+                let sine = (PI * x).sin();
+                assert!((sine_of_half_turns(x) - sine).abs() <= 1e-13 * sine, "{x}");
+                assert_eq!(sine_of_half_turns(1.0 - x), sine_of_half_turns(1.0 - (1.0 - x)), "{x}");
+            }
+        }
+        assert_eq!([0.0, 1.0].map(sine_of_half_turns), [0.0; 2]);
+    }
 
     #[test]
     fn frames_invert_and_are_all_different() {

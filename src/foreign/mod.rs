@@ -23,7 +23,7 @@ mod text;
 
 pub use binary::BinaryRows;
 pub use columns::{Columns, Kind, Layout, Number};
-pub use convention::{Convention, Frame, Measure};
+pub use convention::{Convention, Frame, Measure, MeasureFactor};
 pub use conventions::{AGAIN, Given, of_program, of_samples};
 pub use coordinates::Coordinates;
 pub use corrections::of_densities;

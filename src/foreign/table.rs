@@ -4,7 +4,7 @@
 //! theta ends at the horizon; on the disk rows are r and columns phi; on the square rows are y, from 0 up, and columns x. An interval and a discrete set have
 //! one row.
 
-use super::{Coordinates, Measure};
+use super::{Coordinates, Measure, MeasureFactor};
 use crate::domain::{Cell, Knots, Location, Space};
 use std::f64::consts::{PI, TAU};
 
@@ -47,6 +47,7 @@ pub struct Table<D> {
     columns: usize,
     values: Vec<f64>,
     measure: Measure,
+    factor: MeasureFactor,
     integral: f64,
     /// The axes of the chart that rows and columns run along.
     axes: [usize; 2],
@@ -81,8 +82,8 @@ impl<D: Coordinates> Table<D> {
         if let Some(i) = values.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
             return Err(TableError::Texel { row: i / columns, column: i % columns, value: values[i] });
         }
-        let axes = axes(&domain);
-        let mut table = Self { domain, rows, columns, values, measure, integral: 0.0, axes };
+        let (axes, factor) = (axes(&domain), measure.factor(&domain));
+        let mut table = Self { domain, rows, columns, values, measure, factor, integral: 0.0, axes };
         table.integral = (0..table.values.len())
             .map(|i| table.values[i] * table.texel_measure(i / columns, i % columns))
             .sum();
@@ -173,19 +174,16 @@ impl<D: Coordinates> Table<D> {
     /// What stands in the table, per the domain's own measure.
     #[inline]
     fn converted(&self, value: f64, location: &Location) -> f64 {
-        if value == 0.0 {
-            return 0.0;
-        }
-        let factor = self.measure.factor(&self.domain, location);
-        value * if factor.is_finite() { factor } else { self.factor_beside(location) }
+        let converted = value * self.factor.at(location);
+        if converted.is_finite() { converted } else { self.converted_beside(value, location) }
     }
 
-    /// At a pole, where a density per (u, v) is infinite per solid angle: the factor in the middle of the texel, finite as all of its mass is.
+    /// At a pole, where a density per (u, v) is infinite per solid angle: as in the middle of the texel, since all of its mass is finite.
     #[cold]
-    fn factor_beside(&self, location: &Location) -> f64 {
+    fn converted_beside(&self, value: f64, location: &Location) -> f64 {
         let ([row, _], mut beside) = (self.place(location), *location);
         beside.at[self.axes[0]] = (row as f64 + 0.5) / self.rows as f64;
-        self.measure.factor(&self.domain, &beside)
+        value * self.factor.at(&beside)
     }
 
     /// The density at a point, per the domain's own measure; 0 outside.
