@@ -149,7 +149,8 @@ fn told(out: &mut String, done: &[(Row, Outcome)], style: Style) {
     );
     out.push_str(
         "error: the worst, against an oracle in f64; rel: of the true value; ulp32, ulp64: in steps of f32 or f64 there, of which rounding is up to half; abs: as it is\n\
-         lost/53b, lost/24b: entries, lights, texels or variates that no variate of 53 bits (of 24: one f32) reaches or tells apart; nothing where that is no question\n",
+         lost/53b, lost/24b: entries, lights, texels or variates that no variate of 53 bits (of 24: one f32) reaches or tells apart\n\
+         nothing there: no such question, as where a density, a weight or an error is asked for\n",
     );
     if done.iter().any(|(row, _)| row.input.contains(", even in ")) {
         out.push_str(

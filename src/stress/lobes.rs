@@ -8,7 +8,6 @@ use crate::random::to_f32;
 use crate::sampler::{Error, GgxVisibleNormals, PhongLobe};
 use crate::scene::{Convention, Material};
 use glam::{DVec3, Vec2, Vec3};
-use std::collections::HashSet;
 
 const HERE: Component = Component::Lobes;
 
@@ -46,7 +45,6 @@ fn judge(
     truth: impl Fn(DVec3) -> f64,
 ) -> f64 {
     const COUNT: u32 = 16_384;
-    let (mut drawn, mut directions) = (0, HashSet::new());
     for xi in variates(COUNT) {
         let Some(w) = sample(xi) else { continue };
         trial.must(w.z > 0.0 && (w.length() - 1.0).abs() < 3e-7, || format!("xi = {xi} draws {w}"));
@@ -60,32 +58,26 @@ fn judge(
             });
         }
     }
-    for xi in lattice(COUNT) {
-        if let Some(w) = sample(Vec2::from(xi.map(to_f32))) {
-            drawn += 1;
-            directions.insert(w.to_array().map(f32::to_bits));
-        }
-    }
+    let drawn = lattice(COUNT).filter_map(|xi| sample(Vec2::from(xi.map(to_f32))));
+    let Reach { of, missed, .. } = Reach::told_apart(drawn.map(|w| w.to_array().map(f32::to_bits)));
     // Directions are f32: where variates share one, it is the grid of directions that is too coarse, not the lobe.
-    let distinct = directions.len();
-    if distinct < drawn {
-        trial.note(format!("f32 has {distinct} directions for {drawn} variates"));
+    if missed > 0 {
+        trial.note(format!("f32 has {} directions for {of} variates", of - missed));
     }
-    1.0 - drawn as f64 / f64::from(COUNT)
+    1.0 - of as f64 / f64::from(COUNT)
 }
 
 /// Distinct polar angles of samples whose first variates differ, and their distance from the quantile that `angle` says; all at the normal.
 fn quantiles(trial: &mut Trial, sample: impl Fn(f32) -> Option<Vec3>, angle: impl Fn(f64) -> f64) {
-    let (mut angles, mut of) = (HashSet::new(), 0);
-    for i in 0..4096_u16 {
+    let angles = (0..4096_u16).filter_map(|i| {
         let xi = (f32::from(i) + 0.5) / 4096.0;
-        let Some(w) = sample(xi).map(Vec3::as_dvec3) else { continue };
+        let w = sample(xi)?.as_dvec3();
         let found = w.truncate().length().atan2(w.z);
         trial.compare(found, angle(f64::from(xi)), || format!("xi = {xi}"));
-        angles.insert(found.to_bits());
-        of += 1;
-    }
-    trial.reach(Reach { of, missed: of - angles.len() as u64, missed_by_24_bits: None });
+        Some(found.to_bits())
+    });
+    let reach = Reach::told_apart(angles);
+    trial.reach(reach);
 }
 
 fn phong() -> Vec<Row> {

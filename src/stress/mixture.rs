@@ -1,7 +1,7 @@
 //! Mixtures at their ends, MIS weights of densities whose squares `f32` does not hold, the film after 1e8 passes, and what a comparison says of a light that
 //! hardly a sample meets. Oracles: the parts themselves; weights from logarithms, in `f64`; irradiance in closed form (Lambert).
 
-use super::{Component, Kind, Row, Trial, Unit, lattice};
+use super::{BITS, Component, Kind, Reach, Row, Trial, Unit, lattice, variates_in};
 use crate::estimator::{Film, Judgement, Pixel, Rules, compare};
 use crate::oracle::irradiance_of_polygon;
 use crate::random::{stream, to_f32, unit_f64};
@@ -53,6 +53,27 @@ fn ends() -> Vec<Row> {
             ask,
         )
     };
+    // A part is lost if no variate picks it.
+    let step = 0.5 * f64::EPSILON;
+    let rare = |c: f64, input: &str| {
+        let ask = move |trial: &mut Trial| {
+            let Some(mixture) = trial.accepted(Mixture::new(c, CosineHemisphere, needle())) else { return };
+            let parts =
+                [Sampler::sample(&CosineHemisphere, &[0.3, 0.6]), Sampler::sample(&needle(), &[0.3, 0.6])];
+            let mut reach = Reach::default();
+            for (part, (interval, mass)) in parts.iter().zip([((0.0, c), c), ((c, 1.0), 1.0 - c)]) {
+                let drawn = BITS.map(|bits| {
+                    variates_in(interval, bits).any(|pick| {
+                        let found = mixture.sample(&[pick, 0.3, 0.6]);
+                        found.map(|s| s.point) == part.as_ref().map(|s| s.point)
+                    })
+                });
+                reach.count(drawn, mass);
+            }
+            trial.reach(reach);
+        };
+        HERE.row(Kind::Value, input, "both parts are drawn", (0.0, Unit::Absolute), ask)
+    };
     let nothing = |trial: &mut Trial| {
         let Some(mixture) = trial.accepted(Mixture::new(0.5, UniformHemisphere, needle())) else { return };
         for w in [DVec3::new(0.6, 0.0, -0.8), DVec3::NEG_Z, DVec3::new(1.0, 0.0, -1e-45)] {
@@ -70,6 +91,8 @@ fn ends() -> Vec<Row> {
     vec![
         end(0.0, "second"),
         end(1.0, "first"),
+        rare(step, "c = 2^-53"),
+        rare(1.0 - step, "c = 1 - 2^-53"),
         HERE.row(
             Kind::Value,
             "both densities 0",

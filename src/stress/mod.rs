@@ -25,7 +25,9 @@ pub use discrete::discrete_rows;
 pub use triangle::warp_rows;
 
 use crate::statistics::CompensatedSum;
+use std::collections::HashSet;
 use std::fmt;
+use std::hash::Hash;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::str::FromStr;
 use std::time::{Duration, Instant};
@@ -189,6 +191,16 @@ impl Reach {
         Self { of: self.of + other.of, missed: self.missed + other.missed, missed_by_24_bits }
     }
 
+    /// Of variates that differ, how many draw what another one drew before.
+    fn told_apart<T: Eq + Hash>(drawn: impl IntoIterator<Item = T>) -> Self {
+        let (mut of, mut seen) = (0, HashSet::new());
+        for drawn in drawn {
+            of += 1;
+            seen.insert(drawn);
+        }
+        Self { of, missed: of - seen.len() as u64, missed_by_24_bits: None }
+    }
+
     /// One more, of this mass; whether variates of 53 and of 24 bits draw it.
     fn count(&mut self, drawn: [bool; 2], mass: f64) {
         let [by_53, by_24] = drawn;
@@ -301,7 +313,7 @@ pub struct Outcome {
     pub worst: Option<f64>,
     /// Errors of masses in parts of the true ones; `None` but for tables of weights.
     pub relative: Option<Relative>,
-    /// What no variate reaches; `None` where that is no question.
+    /// What no variate reaches; `None` where that is no question: nothing is drawn, or there is nothing to be missed.
     pub reach: Option<Reach>,
     /// What is not as it should be; empty if all is.
     pub wrong: Vec<String>,

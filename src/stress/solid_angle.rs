@@ -1,12 +1,12 @@
 //! From area to solid angle, near, far, grazing and edge-on. Oracles: |y - x|^2 / (A cos) of directions that are known in closed form, Van Oosterom
-//! and Strackee's solid angle, and the values in `data/reference`.
+//! and Strackee's solid angle, the values that they publish, and those in `data/reference`.
 
-use super::{Component, Kind, Row, Trial, Unit, corner_pairs, lattice};
+use super::{Component, Kind, Reach, Row, Trial, Unit, corner_pairs, lattice};
 use crate::oracle::solid_angle_of_triangle;
 use crate::sampler::{MeshLight, Sampler, SeenFrom, Sides, SphericalTriangle, View};
 use crate::statistics::CompensatedSum;
 use glam::{DVec3, Vec3};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 const HERE: Component = Component::SolidAngle;
 
@@ -17,6 +17,7 @@ pub(super) fn rows() -> Vec<Row> {
     let mut rows = nothing_seen();
     rows.extend(single_points());
     rows.extend(whole_triangles());
+    rows.extend(catalogue());
     rows.extend(by_solid_angle());
     rows
 }
@@ -149,16 +150,7 @@ fn whole_triangles() -> Vec<Row> {
         let triangles = reference();
         trial.must(triangles.len() == 3, || format!("{} triangles in data/reference", triangles.len()));
         for (i, (vertices, truth)) in triangles.into_iter().enumerate() {
-            trial.compare(solid_angle_of_triangle(vertices), truth, || format!("triangle {i}, closed form"));
-            let triangle = vertices.map(|v| v.as_vec3());
-            let by_views = solid_angle_by_views(triangle, Vec3::ZERO);
-            trial.compare(by_views, truth, || format!("triangle {i}, sum of cos / d^2 over the area"));
-            let light = light(triangle);
-            let inverse = |[a, b]: [f64; 2]| {
-                light.sample_from(Vec3::ZERO, [0.5, a, b]).map_or(f64::NAN, |s| 1.0 / s.density)
-            };
-            let sampled = super::mean(lattice(1_048_576).map(inverse));
-            trial.compare(sampled, truth, || format!("triangle {i}, mean of 1 / density"));
+            in_every_way(trial, &format!("triangle {i}, "), vertices, truth);
         }
     };
     let half_space = |trial: &mut Trial| {
@@ -184,11 +176,61 @@ fn whole_triangles() -> Vec<Row> {
         HERE.row(
             Kind::Value,
             "triangles of data/reference",
-            "solid angles there, in three ways",
+            "solid angles there, in four ways",
             (1e-6, Unit::Relative),
             reference,
         ),
     ]
+}
+
+/// The catalogue of Van Oosterom and Strackee 1983: triangles seen from the origin, and the solid angles that are printed there.
+fn catalogue() -> Vec<Row> {
+    let entry = |input: &str, should: &str, vertices: [[f64; 3]; 3], truth: f64| {
+        let vertices = vertices.map(DVec3::from);
+        let ask = move |trial: &mut Trial| {
+            in_every_way(trial, "", vertices, truth);
+            trial.note(format!("{:.11e} sr", solid_angle_of_triangle(vertices)));
+        };
+        HERE.row(Kind::Value, input, format!("{should}, in four ways"), (1e-6, Unit::Relative), ask)
+    };
+    let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
+    vec![
+        entry("an octant", "pi/2", [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], 0.5 * PI),
+        entry(
+            "(1, 1, 1), (1, -1, -1), (-1, 1, -1)",
+            "pi",
+            [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0]],
+            PI,
+        ),
+        entry(
+            "a face of the icosahedron",
+            "pi/5",
+            [[0.0, 1.0, golden], [0.0, -1.0, golden], [golden, 0.0, 1.0]],
+            0.2 * PI,
+        ),
+        entry(
+            "(0, 0, 1), (1e-4, 0, 1), (0, 1e-4, 1)",
+            "4.99999997500e-9",
+            [[0.0, 0.0, 1.0], [1e-4, 0.0, 1.0], [0.0, 1e-4, 1.0]],
+            4.999_999_975_00e-9,
+        ),
+    ]
+}
+
+/// The solid angle of a triangle seen from the origin: in closed form, as the sum of cos / d^2 over its area, as the mean of 1 / density over points of a
+/// light, and by who draws directions. All but the first have vertices that are rounded to `f32`.
+fn in_every_way(trial: &mut Trial, which: &str, vertices: [DVec3; 3], truth: f64) {
+    trial.compare(solid_angle_of_triangle(vertices), truth, || format!("{which}closed form"));
+    let triangle = vertices.map(|v| v.as_vec3());
+    let by_views = solid_angle_by_views(triangle, Vec3::ZERO);
+    trial.compare(by_views, truth, || format!("{which}sum of cos / d^2 over the area"));
+    let light = light(triangle);
+    let inverse =
+        |[a, b]: [f64; 2]| light.sample_from(Vec3::ZERO, [0.5, a, b]).map_or(f64::NAN, |s| 1.0 / s.density);
+    let sampled = super::mean(lattice(1_048_576).map(inverse));
+    trial.compare(sampled, truth, || format!("{which}mean of 1 / density"));
+    let by_directions = SphericalTriangle::new(Vec3::ZERO, triangle).map_or(f64::NAN, |t| t.solid_angle());
+    trial.compare(by_directions, truth, || format!("{which}by solid angle"));
 }
 
 /// Uniform directions through triangles. With xi1 at its end the direction lies on the far edge, where it cuts off the share xi0 of the solid angle; between
@@ -218,6 +260,8 @@ fn by_solid_angle() -> Vec<Row> {
                     });
                 }
             }
+            let directions = lattice(16_384).map(|xi| made.sample(xi).to_array().map(f64::to_bits));
+            trial.reach(Reach::told_apart(directions));
             trial.note(format!("{:.3e} sr", made.solid_angle()));
         };
         HERE.row(Kind::Value, format!("by solid angle: {input}"), "uniform", (allowed, Unit::Relative), ask)

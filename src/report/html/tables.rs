@@ -151,7 +151,7 @@ impl Page {
                 Column::numbers("allowed"),
                 Column::words("in"),
                 Column::numbers("lost/53b").about(
-                    "entries, lights, texels or variates that no variate of 53 bits reaches or tells apart",
+                    "entries, lights, texels or variates that no variate of 53 bits reaches or tells apart; empty: no such question",
                 ),
                 Column::numbers("lost/24b").about("those that none of 24 bits, a single f32, does"),
                 Column::words("what happened"),
