@@ -90,7 +90,12 @@ impl Reflection {
             Convention::KdPhong => (kd, Vec3::ZERO),
         };
         let [d, g] = [diffuse, glossy].map(|k| k.max_element());
-        let glossy_share = if g > 0.0 { g / (d + g) } else { 0.0 };
+        let sum = d + g;
+        let glossy_share = match () {
+            () if !(g > 0.0) => 0.0,
+            () if sum < f32::INFINITY => g / sum,
+            () => 0.5 * g / (0.5 * d + 0.5 * g),
+        };
         let shape = match roughness {
             Some(alpha) => Shape::Ggx { alpha: alpha.clamp(1e-4, 1.0) },
             None => Shape::Phong { exponent: ns.clamp(0.0, f32::MAX) },
@@ -145,7 +150,9 @@ impl Reflection {
             }
             _ => Lobe::None,
         };
-        Brdf { reflection: *self, lobe }
+        // So near the horizon that there is no lobe, what would be drawn from it is drawn like the rest.
+        let glossy_share = if matches!(lobe, Lobe::None) { 0.0 } else { self.glossy_share };
+        Brdf { reflection: Self { glossy_share, ..*self }, lobe }
     }
 }
 

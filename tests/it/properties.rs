@@ -8,6 +8,7 @@ use glam::{DVec3, Vec2, Vec3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use std::f64::consts::PI;
+use warpcheck::domain::Mixed;
 use warpcheck::random::{ONE_MINUS_EPSILON_F64, to_f32};
 use warpcheck::sampler::{Error, *};
 use warpcheck::statistics::{
@@ -100,6 +101,12 @@ fn is_density(density: f64) -> bool {
     density.is_finite() && density >= 0.0
 }
 
+/// The weights of two strategies with a sample each, and of three with these shares.
+fn weights_of<T: Real + Into<f64>>(heuristic: Heuristic, [a, b, c]: [T; 3], shares: [T; 3]) -> [f64; 5] {
+    let among = |own| heuristic.weight_among(own, [(shares[0], a), (shares[1], b), (shares[2], c)]);
+    [heuristic.weight(a, b), heuristic.weight(b, a), among(0), among(1), among(2)].map(Into::into)
+}
+
 /// What every sampler of directions promises, at one point of the square and in one direction.
 fn judge_directions(
     sampler: &impl Sampler<Domain: warpcheck::domain::Domain<Point = DVec3>>,
@@ -128,38 +135,53 @@ fn judge_directions(
 proptest! {
     #![proptest_config(config())]
 
+    /// All forms of a table: the same masses; those that keep order agree for every variate.
     #[test]
     fn discrete(weights in prop::collection::vec(magnitude(), 1..40), xi in prop::collection::vec(variate(), 8), shift in -300..300_i32) {
-        let table = match DiscreteCdf::new(&weights) {
-            Ok(table) => table,
+        let cdf = match DiscreteCdf::new(&weights) {
+            Ok(cdf) => cdf,
             Err(error) => {
                 prop_assert_eq!(error, Error::AllZero { count: weights.len() });
                 prop_assert!(weights.iter().all(|w| *w == 0.0));
                 return Ok(());
             }
         };
-        prop_assert_eq!((0..weights.len()).map(|i| table.mass(i)).sum::<f64>(), 1.0);
         let largest = weights.iter().copied().fold(0.0, f64::max);
         let share = |w: f64| w / largest;
         let total: f64 = weights.iter().map(|w| share(*w)).sum();
-        for (i, &w) in weights.iter().enumerate() {
-            prop_assert_eq!(table.mass(i) > 0.0, w > 0.0);
-            prop_assert!((table.mass(i) - share(w) / total).abs() < 1e-14, "{} {}", table.mass(i), share(w) / total);
-        }
-        for xi in xi {
-            let choice = table.choose(xi);
-            prop_assert!(weights[choice.index] > 0.0 && (0.0..1.0).contains(&choice.rest), "{xi} {choice:?}");
-            prop_assert_eq!(choice.mass, table.mass(choice.index));
-            let back = table.variate(choice.index, choice.rest);
-            prop_assert!((back - xi).abs() <= f64::EPSILON, "{xi} {back}");
-            let knots = [table.cumulative(choice.index), table.cumulative(choice.index + 1)];
-            prop_assert!(knots[0] <= xi && xi < knots[1]);
-            prop_assert_eq!(table.choose(knots[0]).index, choice.index);
-        }
         // Where no weight leaves the range of f64.
         let scaled: Vec<f64> = weights.iter().map(|w| w * f64::from(shift).exp2()).collect();
-        if weights.iter().zip(&scaled).all(|(w, s)| s.is_finite() && s * f64::from(-shift).exp2() == *w) {
-            prop_assert_eq!(DiscreteCdf::new(&scaled).unwrap(), table);
+        let exact = weights.iter().zip(&scaled).all(|(w, s)| s.is_finite() && s * f64::from(-shift).exp2() == *w);
+        for form in [Form::Cdf, Form::Guide, Form::Alias] {
+            let table = DiscreteTable::new(&weights, form).unwrap();
+            prop_assert_eq!((table.form(), table.len()), (form, weights.len()));
+            prop_assert_eq!((0..weights.len()).map(|i| table.mass(i)).sum::<f64>(), 1.0);
+            for (i, &w) in weights.iter().enumerate() {
+                prop_assert_eq!(table.mass(i) > 0.0, w > 0.0);
+                prop_assert!((table.mass(i) - share(w) / total).abs() < 1e-14, "{} {}", table.mass(i), share(w) / total);
+                prop_assert!(w == 0.0 || table.choose(table.variate(i, 0.5)).index == i, "{form:?} {i}");
+            }
+            for &xi in &xi {
+                let choice = table.choose(xi);
+                prop_assert!(weights[choice.index] > 0.0 && (0.0..1.0).contains(&choice.rest), "{xi} {choice:?}");
+                prop_assert_eq!(choice.mass, table.mass(choice.index));
+                let (mut together, mut index) = ([Choice::default()], [0]);
+                table.choose_all(&[xi], &mut together);
+                table.indices(&[((xi * 2.0_f64.powi(53)) as u64) << 11], &mut index);
+                prop_assert_eq!((together[0], index[0] as usize), (choice, choice.index));
+                if form == Form::Alias {
+                    continue;
+                }
+                prop_assert_eq!(choice, cdf.choose(xi));
+                let back = table.variate(choice.index, choice.rest);
+                prop_assert!((back - xi).abs() <= f64::EPSILON, "{xi} {back}");
+                let knots = [table.cumulative(choice.index), table.cumulative(choice.index + 1)];
+                prop_assert!(knots[0] <= xi && xi < knots[1]);
+                prop_assert_eq!(table.choose(knots[0]).index, choice.index);
+            }
+            if exact {
+                prop_assert_eq!(DiscreteTable::new(&scaled, form).unwrap(), table);
+            }
         }
     }
 
@@ -167,10 +189,36 @@ proptest! {
     fn discrete_names_what_it_refuses(mut weights in prop::collection::vec(magnitude(), 1..40), bad in anything(), at: prop::sample::Index) {
         let index = at.index(weights.len());
         weights[index] = bad;
-        match DiscreteCdf::new(&weights) {
-            Err(Error::Weight { index: named, .. }) => prop_assert!(named == index && !(bad >= 0.0 && bad.is_finite())),
-            Err(error) => prop_assert_eq!(error, Error::AllZero { count: weights.len() }),
-            Ok(_) => prop_assert!(bad >= 0.0 && bad.is_finite()),
+        let made = [
+            DiscreteCdf::new(&weights).map(|_| ()),
+            DiscreteGuide::new(&weights).map(|_| ()),
+            DiscreteAlias::new(&weights).map(|_| ()),
+        ];
+        for made in made {
+            match made {
+                Err(Error::Weight { index: named, .. }) => prop_assert!(named == index && !(bad >= 0.0 && bad.is_finite())),
+                Err(error) => prop_assert_eq!(error, Error::AllZero { count: weights.len() }),
+                Ok(()) => prop_assert!(bad >= 0.0 && bad.is_finite()),
+            }
+        }
+    }
+
+    /// MIS weights: each in [0, 1], their sum 1 unless nobody draws there.
+    #[test]
+    fn heuristics(densities in [magnitude(), magnitude(), magnitude()], single in [magnitude_f32(), magnitude_f32(), magnitude_f32()]) {
+        for heuristic in [Heuristic::Balance, Heuristic::Power] {
+            let double = weights_of(heuristic, densities, [1.0, 3.0, 0.25]);
+            let rounded = weights_of(heuristic, single, [1.0, 3.0, 0.25]);
+            for (weights, densities, epsilon) in [(double, densities, f64::EPSILON), (rounded, single.map(f64::from), f32::EPSILON.into())] {
+                prop_assert!(weights.iter().all(|w| (0.0..=1.0).contains(w)), "{heuristic:?} {densities:?}: {weights:?}");
+                for (weights, densities) in [(&weights[..2], &densities[..2]), (&weights[2..], &densities[..])] {
+                    let truth = if densities.iter().all(|d| *d == 0.0) { 0.0 } else { 1.0 };
+                    let sum: f64 = weights.iter().sum();
+                    prop_assert!((sum - truth).abs() <= 4.0 * epsilon, "{heuristic:?} {densities:?}: {weights:?}");
+                }
+                // Who has the larger density has no smaller weight.
+                prop_assert!(densities[0] >= densities[1] || weights[0] <= weights[1], "{heuristic:?} {densities:?}: {weights:?}");
+            }
         }
     }
 
@@ -299,6 +347,79 @@ proptest! {
             0.0 => prop_assert_eq!((mixed, mixture.sample(&xi)), (second, Sampler::sample(&CosineHemisphere, &xi[1..]))),
             1.0 => prop_assert_eq!((mixed, mixture.sample(&xi)), (first, Sampler::sample(&lobe, &xi[1..]))),
             _ => {}
+        }
+    }
+
+    #[test]
+    fn with_delta(c in prop_oneof![anything(), variate(), Just(1.0)], xi in [variate(), variate(), variate()], w in direction()) {
+        let Ok(material) = WithDelta::new(c, "the mirror direction", CosineHemisphere) else {
+            prop_assert!(!(0.0..=1.0).contains(&c));
+            return Ok(());
+        };
+        let Sample { point, density } = material.sample(&xi).unwrap();
+        let cosine = Sampler::sample(&CosineHemisphere, &xi[1..]).unwrap();
+        let (drawn, mass) = match xi[0] < c {
+            true => (Mixed::Atom(0), c),
+            false => (Mixed::Continuous(cosine.point), (1.0 - c) * cosine.density),
+        };
+        prop_assert_eq!((point, density), (drawn, mass));
+        prop_assert!(is_density(density) && density > 0.0, "{density}");
+        prop_assert_eq!(material.density(&point), density);
+        let w = w.as_dvec3();
+        prop_assert_eq!(material.density(&Mixed::Continuous(w)), (1.0 - c) * Sampler::density(&CosineHemisphere, &w));
+        prop_assert_eq!([0, 1].map(|atom| material.density(&Mixed::Atom(atom))), [c, 0.0]);
+    }
+
+    /// A diffuse part and a Phong or a GGX lobe: what is drawn is drawn by the part that the first variate picks, and has the density that is asked.
+    #[cfg(feature = "render")]
+    #[test]
+    fn reflection(
+        [kd, ks, shape] in [magnitude_f32(), magnitude_f32(), magnitude_f32()],
+        out in direction(),
+        pick in variate(),
+        xi in variates(),
+        w in direction(),
+    ) {
+        use warpcheck::estimator::Reflection;
+        use warpcheck::scene::{Convention, Material};
+        // Some steps of the least numbers that f32 holds.
+        const LEAST: f64 = 1e-44;
+        let phong = PhongLobe::new(Vec3::new(-out.x, -out.y, out.z), shape).unwrap();
+        let ggx = GgxVisibleNormals::new(out, shape.clamp(1e-4, 1.0)).ok();
+        for roughness in [None, Some(shape)] {
+            let material = Material { kd: Vec3::splat(kd), ks: Vec3::splat(ks), ns: shape, roughness, ..Material::default() };
+            let brdf = Reflection::new(&material, Convention::Mtl).seen_from(out);
+            let drawn = brdf.sample([to_f32(pick), xi.x, xi.y]);
+            if !(out.z > 0.0) || kd == 0.0 && ks == 0.0 {
+                prop_assert_eq!((drawn, brdf.evaluate(w)), (None, (Vec3::ZERO, 0.0)));
+                continue;
+            }
+            let lobe = |w: Vec3| if roughness.is_none() { Some(phong.density(w)) } else { ggx.map(|ggx| ggx.density(w)) };
+            // So near the horizon that there is no lobe the diffuse part has it all.
+            let share = if ks > 0.0 && lobe(w).is_some() { f64::from(ks) / (f64::from(kd) + f64::from(ks)) } else { 0.0 };
+            let parts = if roughness.is_none() { phong.sample(xi) } else { ggx.and_then(|ggx| ggx.sample(xi)) };
+            let parts = [parts, Some(CosineHemisphere.sample(xi))];
+            prop_assert!(parts.contains(&drawn), "{drawn:?} of {parts:?}");
+            // Where rounding has no part in the choice.
+            if (pick - share).abs() > 1e-6 {
+                prop_assert_eq!(drawn, parts[usize::from(pick > share)]);
+            }
+            for w in drawn.into_iter().chain([w]) {
+                let (value, density) = brdf.evaluate(w);
+                if w.z <= 0.0 {
+                    prop_assert_eq!((value, density), (Vec3::ZERO, 0.0));
+                    continue;
+                }
+                let [cosine, glossy] = [CosineHemisphere.density(w), lobe(w).unwrap_or(0.0)].map(f64::from);
+                let truth = (1.0 - share) * cosine + share * glossy;
+                prop_assert!((f64::from(density) - truth).abs() <= 1e-6 * (cosine + glossy) + LEAST, "{material:?} {w}: {density} {truth}");
+                prop_assert!(value.min_element() >= 0.0, "{value}");
+            }
+            if let Some(w) = drawn {
+                prop_assert!(is_unit(w) && w.z > 0.0, "{w}");
+                let density = brdf.evaluate(w).1;
+                prop_assert!(density > 0.0 && density.is_finite(), "{material:?} {w}: {density}");
+            }
         }
     }
 
