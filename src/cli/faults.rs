@@ -26,7 +26,7 @@ pub struct Arguments {
     /// Seeds with which each fault and each twin is tried
     #[arg(long, default_value = "20", value_parser = common::count, allow_negative_numbers = true)]
     seeds: u64,
-    /// The first seed
+    /// The first seed, of whose samples the diagnosis is judged; the others only count whether a fault is caught
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u64,
     /// Probability that any correct twin is rejected, over all of them and all seeds

@@ -82,7 +82,7 @@ pub struct Outcome {
     pub of: u64,
     /// Samples that it took, the median over the seeds; `None` if most did not catch it, or if it isn't samples that are asked for.
     pub samples: Option<u64>,
-    /// Whether what was said of it at the whole budget is right.
+    /// Whether what was said of it at the whole budget and the first seed is right.
     pub diagnosed: bool,
     /// Whether it was said that nothing that is known explains the samples: not right, but not wrong either.
     pub unknown: bool,

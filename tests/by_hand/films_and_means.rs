@@ -134,6 +134,7 @@ fn the_mean_of_an_estimator_is_that_of_its_samples() {
     assert_eq!(examine(0.0).diagnosis, None);
     // A truth of no name.
     let odd = examine(0.2).diagnosis.unwrap();
+    assert!(!odd.explains);
     assert_eq!(
         (odd.name, odd.text),
         ("constant".to_owned(), format!("the mean is {:.6} times what it should be", drawn.mean() / 0.2))

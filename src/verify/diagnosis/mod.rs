@@ -129,22 +129,25 @@ fn by_weights(case: &Case<'_>) -> Option<Diagnosis> {
             None => String::new(),
         };
         let text = format!("{}{more} (the densities, all over the domain)", diagnosis.text);
-        Diagnosis { text, ..diagnosis }
+        // All over the domain by one factor: so much is explained, whatever the factor.
+        Diagnosis { text, explains: true, ..diagnosis }
     })
 }
 
-/// What would explain a mean that is `ratio` times what it should be, known up to a relative `tolerance`.
+/// What would explain a mean that is `ratio` times what it should be, known up to a relative `tolerance`. A ratio that is no known number explains nothing.
 pub(super) fn of_mean(ratio: f64, tolerance: f64) -> Option<Diagnosis> {
     if !(tolerance < ROUGH) {
         return None;
     }
-    let (name, text) = match known_constant(ratio, tolerance) {
+    let known = known_constant(ratio, tolerance);
+    let explains = known.is_some();
+    let (name, text) = match known {
         Some((known, _)) => {
             (format!("constant {known}"), format!("every value is {known} times what it should be"))
         }
         None => ("constant".to_owned(), format!("the mean is {ratio:.6} times what it should be")),
     };
-    Some(Diagnosis { name, ..Diagnosis::direct(("", text)) })
+    Some(Diagnosis { name, explains, ..Diagnosis::direct(("", text)) })
 }
 
 /// The relative tolerance of a mean with this relative error.
@@ -392,13 +395,9 @@ mod tests {
             (name(0.13, 0.049), name(0.13, 0.051), name(0.13, f64::NAN)),
             ("constant".to_owned(), String::new(), String::new())
         );
-        let text = |ratio: f64| of_mean(ratio, 1e-5).unwrap().text;
-        assert_eq!(
-            (text(0.75), text(0.13)),
-            (
-                "every value is 3 / 4 times what it should be".to_owned(),
-                "the mean is 0.130000 times what it should be".to_owned()
-            )
-        );
+        let [known, odd] = [0.75, 0.13].map(|ratio| of_mean(ratio, 1e-5).unwrap());
+        assert_eq!(known.text, "every value is 3 / 4 times what it should be");
+        assert_eq!(odd.text, "the mean is 0.130000 times what it should be");
+        assert!(known.explains && !odd.explains);
     }
 }
