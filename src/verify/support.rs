@@ -121,3 +121,23 @@ fn target(check: &'static str, case: &Case<'_>) -> Option<Finding> {
     let detail = format!("there is density wherever the target is positive, at {looked} places");
     Some(Finding::certain(check, Verdict::Pass, detail).part("target"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_of_a_cell() {
+        let cell = Cell { patches: 0..1, low: [0.25, 0.5], high: [0.75, 1.0] };
+        let along = [[0.2505, 0.5, 0.7495], [0.5005, 0.75, 0.9995]];
+        let near = |found: Vec<[f64; 2]>, expected: Vec<[f64; 2]>| {
+            assert_eq!(found.len(), expected.len(), "{found:?}");
+            let off = found.iter().zip(&expected).map(|(a, b)| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()));
+            assert!(off.fold(0.0, f64::max) < 1e-15, "{found:?}");
+        };
+        near(places(&cell, 0).collect(), vec![[0.0; 2]]);
+        near(places(&cell, 1).collect(), along[0].map(|a| [a, 0.0]).into());
+        let all = along[0].iter().flat_map(|&a| along[1].map(|b| [a, b]));
+        near(places(&cell, 2).collect(), all.collect());
+    }
+}

@@ -175,6 +175,14 @@ fn densities_of_rows_alone() {
             .iter()
             .all(|f| f.check != "chi-square" && f.check != "agreement" && f.check != "jacobian")
     );
+    // Off by one factor here and by another there: no one factor explains it.
+    for [low, high] in [[0.8, 1.25], [1.1, 1.25]] {
+        let wrong = own(&points, |x| if x < 0.5 { low } else { high } * (0.5 + x), false);
+        let finding = found(&wrong, "weights", "1 / density");
+        assert!(p_of(finding).0 < 1e-9, "{finding:?}");
+        let all_over = |text: &str| text.ends_with("(the densities, all over the domain)");
+        assert!(!wrong.diagnosis.as_ref().is_some_and(|d| all_over(&d.text)), "{:?}", wrong.diagnosis);
+    }
     // A fifth too much of it all, or too little: the mean of 1 / density is off by as much everywhere, and is named.
     for (factor, ratio) in [(1.2, 0.833), (0.8, 1.25), (2.0, 0.5), (0.5, 2.0)] {
         let wrong = own(&points, |x| factor * (0.5 + x), false);
