@@ -12,7 +12,7 @@ use warpcheck::estimator::{
 };
 use warpcheck::picture::{write_atomically, write_png};
 use warpcheck::report;
-use warpcheck::scene::Scene;
+use warpcheck::scene::{Reference, Scene};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -24,7 +24,7 @@ pub struct Arguments {
     #[command(flatten)]
     lights: LightArguments,
     /// Also compare with a picture (EXR, HDR), or with means and errors of blocks (JSON, see data/reference) [default: the scene's
-    /// [reference], if it has one]
+    /// [reference], if it has such a file]
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
     /// Don't compare with the scene's [reference]
@@ -129,15 +129,18 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// What the scene file says that its picture is to be compared with, where that is a picture of the same: block means with their errors if it has some
-/// and the tiles are theirs, or else the picture. Whatever doesn't fit is said and left out, since nobody asked for it.
+/// and the tiles are theirs, or else the picture. Whatever doesn't fit is said and left out, since nobody asked for it. A radiance in closed form is for `converge`.
 fn own_reference(scene: &Scene, arguments: &Arguments) -> Result<Option<Estimate>> {
-    let Some(own) = scene.reference.as_ref().filter(|_| !arguments.no_reference) else { return Ok(None) };
+    let has_file = |r: &&Reference| r.file.is_some() || r.blocks.is_some();
+    let Some(own) = scene.reference.as_ref().filter(has_file).filter(|_| !arguments.no_reference) else {
+        return Ok(None);
+    };
     if arguments.lights.replaces_map() {
         print("the scene's [reference] is left out: it is not of this --map\n")?;
         return Ok(None);
     }
     let mut why = String::new();
-    for file in own.blocks.iter().chain([&own.file]) {
+    for file in own.blocks.iter().chain(&own.file) {
         match reference(scene, file, arguments) {
             Ok(estimate) => {
                 let file = file.display();

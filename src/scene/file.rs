@@ -116,13 +116,15 @@ pub struct Picture {
     pub exposure: f32,
 }
 
-/// A picture to compare with. Nothing is read here, nor need the files exist.
+/// What to compare with. Nothing is read here, nor need the files exist.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
     /// A picture of the same size, linear radiance.
-    pub file: PathBuf,
+    pub file: Option<PathBuf>,
     /// Block means and standard errors as JSON.
     pub blocks: Option<PathBuf>,
+    /// The radiance of what has one in closed form, the same wherever it is seen, by the name of its material.
+    pub radiance: BTreeMap<String, Vec3>,
 }
 
 /// The greatest width and height of a picture.
@@ -143,7 +145,7 @@ struct RawScene {
     camera: Spanned<RawCamera>,
     environment: Option<RawEnvironment>,
     picture: RawPicture,
-    reference: Option<RawReference>,
+    reference: Option<Spanned<RawReference>>,
 }
 
 #[derive(Deserialize)]
@@ -209,8 +211,10 @@ struct RawPicture {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawReference {
-    file: PathBuf,
+    file: Option<PathBuf>,
     blocks: Option<PathBuf>,
+    #[serde(default)]
+    radiance: BTreeMap<String, Triple>,
 }
 
 /// A scene file whose values are checked, with paths resolved.
@@ -223,6 +227,8 @@ pub(super) struct SceneFile {
     pub environment: Option<Environment>,
     pub picture: Picture,
     pub reference: Option<Reference>,
+    /// The materials that [`Reference::radiance`] names, and the lines that do.
+    pub radiance_lines: Vec<(String, usize)>,
 }
 
 /// One `[[mesh]]`.
@@ -332,9 +338,11 @@ impl Checker<'_> {
             camera_line: line_of(self.text, raw.camera.span()),
             environment: raw.environment.as_ref().map(|e| self.environment(e)).transpose()?,
             picture: self.picture(&raw.picture)?,
-            reference: raw
-                .reference
-                .map(|r| Reference { file: self.path(&r.file), blocks: r.blocks.map(|b| self.path(&b)) }),
+            reference: raw.reference.as_ref().map(|r| self.reference(r)).transpose()?,
+            radiance_lines: {
+                let named = raw.reference.iter().flat_map(|r| &r.get_ref().radiance);
+                named.map(|(name, radiance)| (name.clone(), line_of(self.text, radiance.span()))).collect()
+            },
         })
     }
 
@@ -407,6 +415,21 @@ impl Checker<'_> {
             rotation: rotation.rem_euclid(360.0).to_radians() as f32,
             up: raw.up,
         })
+    }
+
+    fn reference(&self, raw: &Spanned<RawReference>) -> Result<Reference, Error> {
+        let RawReference { file, blocks, radiance } = raw.get_ref();
+        if file.is_none() && blocks.is_none() && radiance.is_empty() {
+            let why = "has nothing to compare with: neither `file` nor `blocks` nor `radiance`";
+            return self.wrong(raw.span(), "reference", why);
+        }
+        let path = |given: &Option<PathBuf>| given.as_ref().map(|p| self.path(p));
+        let known = |(name, radiance): (&String, &Triple)| {
+            let value = self.colour("reference.radiance", Some(radiance))?;
+            Ok((name.clone(), value.unwrap_or_default()))
+        };
+        let radiance = radiance.iter().map(known).collect::<Result<_, _>>()?;
+        Ok(Reference { file: path(file), blocks: path(blocks), radiance })
     }
 
     fn picture(&self, raw: &RawPicture) -> Result<Picture, Error> {

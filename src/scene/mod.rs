@@ -40,13 +40,15 @@
 //! display = "srgb"                  # the default; "gamma22"
 //! exposure = 1.0                    # multiplies the radiance before display
 //!
-//! [reference]                       # optional: another renderer's picture, with which `warpcheck agree` compares
-//! file = "room.exr"
-//! blocks = "room.json"              # optional: its block means and their standard errors, preferred to the picture
+//! [reference]                       # optional: what the picture should be, by one or more of
+//! file = "room.exr"                 # another renderer's picture, with which `warpcheck agree` compares
+//! blocks = "room.json"              # its block means and their standard errors, preferred to the picture
+//! radiance = { floor = [0.8, 0.5, 0.2] }   # closed forms, by material, with which `warpcheck converge` compares:
+//!                                   # what is seen of that material has this radiance everywhere
 //! ```
 //!
 //! Required are `materials`, at least one `mesh` with its `file`, the camera's `eye`, `at` and `fov_degrees`, the
-//! picture's `width` and `height`, and the `file` of an environment or a reference. The rest defaults to what is shown,
+//! picture's `width` and `height`, and the `file` of an environment. The rest defaults to what is shown,
 //! except that without `material` a mesh keeps the materials of its file. Unknown keys are errors.
 
 mod camera;

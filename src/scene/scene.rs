@@ -9,6 +9,7 @@ use super::{
     rays::extent,
 };
 use glam::{DQuat, Vec3};
+use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -79,7 +80,7 @@ pub struct Scene {
     pub environment: Option<Environment>,
     /// The picture to make.
     pub picture: Picture,
-    /// Another renderer's picture to compare with, if any.
+    /// What to compare with, if anything: another renderer's picture, closed forms.
     pub reference: Option<Reference>,
     rays: Rays,
     rays_time: Duration,
@@ -146,6 +147,13 @@ impl Scene {
                 let two_sided = entry.two_sided;
                 emits.then_some(Emitter { triangle: id as u32, vertices, normal, area, radiance, two_sided })
             }));
+        }
+        let has = |name: &str| materials.iter().any(|m: &Material| m.name == name);
+        if let Some((name, line)) = described.radiance_lines.iter().find(|(name, _)| !has(name)) {
+            let names: BTreeSet<_> = materials.iter().map(|m| format!("`{}`", m.name)).collect();
+            let names = names.into_iter().collect::<Vec<_>>().join(", ");
+            let why = format!("names `{name}`, but the materials of the scene are {names}");
+            return Err(wrong(*line, "reference.radiance", &why));
         }
         if emitters.is_empty() && described.environment.is_none() {
             return Err(Error::NoLight { file: file.into() });

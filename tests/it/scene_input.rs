@@ -43,7 +43,8 @@ fn veach_a3_is_what_its_numbers_say() {
     assert_eq!((scene.picture.width, scene.picture.height), (256, 128));
     assert_eq!(scene.picture.display, Display::Gamma22);
     let reference = scene.reference.as_ref().unwrap();
-    assert!(reference.file.exists() && reference.blocks.as_ref().unwrap().exists());
+    assert!(reference.file.as_ref().unwrap().exists() && reference.blocks.as_ref().unwrap().exists());
+    assert!(reference.radiance.is_empty());
     let lights = [(-4.0, 0.05, Vec3::X), (-2.0, 0.15, Vec3::Y), (1.0, 0.25, Vec3::Z), (4.0, 0.5, Vec3::ONE)];
     for (emitters, (x, r, radiance)) in scene.emitters.chunks(960).zip(lights) {
         let area: f64 = emitters.iter().map(|e| e.area).sum();
@@ -286,6 +287,20 @@ fn broken_scene_files_are_refused_with_their_line() {
             "[picture]",
             "[environment]\nfile = \"a.hdr\"\nscale = -1\n[picture]",
             ["s.toml:11", "environment.scale"],
+        ),
+        ("height = 4", "height = 4\n[reference]", ["s.toml:12", "`reference` has nothing to compare with"]),
+        (
+            "height = 4",
+            "height = 4\n[reference]\nradiance.lamb = [1, 1, 1]",
+            [
+                "s.toml:13",
+                "`reference.radiance` names `lamb`, but the materials of the scene are `a`, `lamp`",
+            ],
+        ),
+        (
+            "height = 4",
+            "height = 4\n[reference]\nradiance = { lamp = [1, 1, -1] }",
+            ["s.toml:13", "`reference.radiance` has a negative"],
         ),
         ("[camera]", "[camera", ["s.toml:5", ""]),
         ("[[mesh]]\nfile = \"m.obj\"\ntwo_sided = true\n", "mesh = []\n", ["s.toml:2", "at least one mesh"]),
