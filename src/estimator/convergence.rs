@@ -19,16 +19,18 @@
 //! - Bias: the squared bias is the mean over pixels and pairs of seeds i, j of (x_i - r)(x_j - r) - v, whose expectation no variance is in.
 //! - Outliers: the share of the summed squared error that the worst 0.1% of the pixels have.
 //!
+//! Where the reference is a closed form of some materials ([`Truth::Parts`]), all means are over the pixels that show one of them and nothing else.
+//!
 //! Everything but the times is the same to the last bit for any number of threads.
 
-use super::{Clock, Cost, Film, Integrator, Lights, Settings, Strategy, render, share_out_of_reach};
+use super::{Clock, Cost, Film, Integrator, Lights, Pixel, Settings, Strategy, render, share_out_of_reach};
 use crate::picture::{Field, Picture};
 use crate::random::stream;
 use crate::sampler::Heuristic;
 use crate::scene::{RayQueries, Scene};
 use crate::statistics::{Moments, student_t};
 use rand::Rng;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
@@ -36,6 +38,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 pub const OUTLIERS: f64 = 1e-3;
 /// Confidence of the intervals.
 pub const CONFIDENCE: f64 = 0.95;
+/// The fewest passes of a picture: one has no standard error, and no slope.
+pub const LEAST_PASSES: u32 = 2;
 /// Passes of the pilot that finds the best strategy and what a pass costs.
 const PILOT: u32 = 8;
 /// Passes of the reference for every pass of a picture.
@@ -84,12 +88,25 @@ impl Default for Experiment {
     }
 }
 
+impl Experiment {
+    /// With the regions cut down to what the truth is known of.
+    fn of_what_is_known(&self) -> Self {
+        let mut plan = self.clone();
+        if let Truth::Parts(parts) = &self.truth {
+            let known: HashSet<_> = parts.iter().flat_map(|(part, _)| &part.pixels).collect();
+            plan.regions.iter_mut().for_each(|r| r.pixels.retain(|pixel| known.contains(pixel)));
+            plan.regions.retain(|r| !r.pixels.is_empty());
+        }
+        plan
+    }
+}
+
 /// How long a picture is rendered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Budget {
-    /// So many samples a pixel, whatever they cost.
+    /// So many samples a pixel, whatever they cost, at least [`LEAST_PASSES`].
     Passes(u32),
-    /// As many as a pilot says fit into so many seconds of CPU time, at least 2: more of what is cheap.
+    /// As many as a pilot says fit into so many seconds of CPU time, at least [`LEAST_PASSES`]: more of what is cheap.
     Seconds(f64),
 }
 
@@ -104,6 +121,8 @@ pub enum Truth {
     LongRun(Option<Strategy>),
     /// A picture of the same size, taken as exact.
     Picture(Picture),
+    /// Parts of the picture whose radiance is known exactly; what is in none of them is left out of all measures.
+    Parts(Vec<(Region, [f32; 3])>),
 }
 
 impl Truth {
@@ -111,8 +130,30 @@ impl Truth {
     pub fn long_run(&self) -> Option<Strategy> {
         match self {
             Self::LongRun(named) => Some(named.unwrap_or(LONG_RUN)),
-            Self::Picture(_) => None,
+            Self::Picture(_) | Self::Parts(_) => None,
         }
+    }
+
+    /// The closed form of the scene: the pixels that show nothing but a material whose radiance its `[reference]` names. None if there is no such pixel.
+    ///
+    /// ```
+    /// use warpcheck::estimator::Truth;
+    /// use warpcheck::scene::Scene;
+    /// let scene = Scene::load(concat!(env!("CARGO_MANIFEST_DIR"), "/data/scene/furnace.toml"))?;
+    /// let Some(Truth::Parts(parts)) = Truth::closed_form(&scene) else { panic!() };
+    /// assert_eq!((parts[0].0.name.as_str(), parts[0].1), ("ball", [0.8, 0.5, 0.2]));
+    /// # Ok::<(), warpcheck::scene::Error>(())
+    /// ```
+    pub fn closed_form(scene: &Scene) -> Option<Self> {
+        let known = &scene.reference.as_ref()?.radiance;
+        let parts = regions_by_material(scene).into_iter();
+        let parts: Vec<_> = parts
+            .filter_map(|region| {
+                let radiance = known.get(&region.name)?.to_array();
+                Some((region, radiance))
+            })
+            .collect();
+        (!parts.is_empty()).then_some(Self::Parts(parts))
     }
 }
 
@@ -202,7 +243,7 @@ pub struct Rung {
     pub relative: Measured,
     /// The largest relative squared error of a tile.
     pub worst_tile: Measured,
-    /// Squared error of each of [`Experiment::regions`].
+    /// Squared error of each of [`Convergence::regions`].
     pub regions: Vec<Measured>,
 }
 
@@ -283,10 +324,30 @@ pub struct Reference {
     pub squared_error: f64,
     /// What it took, on all threads: wall time only.
     pub wall: f64,
+    /// The parts whose radiance is known in closed form, and which alone are compared; none if the whole picture is.
+    pub parts: Vec<(String, [f32; 3])>,
     variance: Vec<[f32; 3]>,
+    /// Whether a pixel is compared.
+    compared: Vec<bool>,
 }
 
 impl Reference {
+    /// Without an error.
+    fn exact(picture: Picture, parts: Vec<(String, [f32; 3])>, compared: Vec<bool>) -> Self {
+        let variance = vec![[0.0; 3]; compared.len()];
+        Self { picture, run: None, squared_error: 0.0, wall: 0.0, parts, variance, compared }
+    }
+
+    /// How many pixels are compared.
+    pub fn pixels(&self) -> usize {
+        self.compared.iter().filter(|&&compared| compared).count()
+    }
+
+    /// Of values for all pixels, those of the pixels that are compared.
+    fn only<'a, T: 'a>(&'a self, all: impl IntoIterator<Item = T> + 'a) -> impl Iterator<Item = T> + 'a {
+        all.into_iter().zip(&self.compared).filter_map(|(value, &compared)| compared.then_some(value))
+    }
+
     /// The standard error that its own makes, weighted by what `weight` says of pixel and channel, in the mean over `pixels`. Channels may be one and
     /// the same, and count as such.
     fn own_error(
@@ -320,7 +381,7 @@ pub struct Convergence {
     pub reference: Reference,
     /// Epsilon of the relative squared error, in radiance squared.
     pub epsilon: f64,
-    /// Names and sizes in pixels of the regions.
+    /// Names and sizes in pixels of [`Experiment::regions`], without the pixels that are not compared and the regions that have no others.
     pub regions: Vec<(String, usize)>,
     /// Pixels along the side of a tile.
     pub tile: usize,
@@ -372,14 +433,15 @@ struct Run {
 /// ```
 ///
 /// # Panics
-/// If there is no strategy, the tile is 0, or a picture that is given has another size than the scene's.
+/// If there is no strategy, the tile is 0, a picture that is given has another size than the scene's, or the parts that are known have no pixel.
 pub fn convergence(scene: &Scene, lights: &Lights, plan: &Experiment) -> Convergence {
     assert!(!plan.strategies.is_empty() && plan.tile > 0, "nothing to measure");
+    let plan = &plan.of_what_is_known();
     let work = Work::new(scene, lights, plan);
     let reference = work.reference();
     let pixels = reference.picture.pixels().len();
-    let mean =
-        reference.picture.pixels().iter().flatten().map(|&r| f64::from(r)).sum::<f64>() / (3 * pixels) as f64;
+    let sum = reference.only(reference.picture.pixels()).flatten().map(|&r| f64::from(r)).sum::<f64>();
+    let mean = sum / (3 * reference.pixels()) as f64;
     let epsilon = (0.1 * mean).powi(2).max(f64::MIN_POSITIVE);
     let own = OwnError {
         squared: reference.own_error(0..pixels, |_, _| 1.0),
@@ -433,10 +495,13 @@ impl Convergence {
         pictures.collect()
     }
 
-    /// |x - r| / sqrt(r^2 + epsilon), the root of its mean square over the channels.
+    /// |x - r| / sqrt(r^2 + epsilon), the root of its mean square over the channels; NaN where nothing is compared.
     pub fn error_map(&self, film: &Film) -> Field {
         let width = film.width();
         Field::from_fn(width, film.height(), |x, y| {
+            if !self.reference.compared[y * width + x] {
+                return f64::NAN;
+            }
             let (mean, r) = (film.pixel(x, y).mean(), self.reference.picture.pixels()[y * width + x]);
             let squares = (0..3).map(|c| {
                 let r = f64::from(r[c]);
@@ -449,6 +514,9 @@ impl Convergence {
     /// For tiles of [`WINNER_TILE`] pixels: the strategy with the least squared error x time; none where all are without error.
     pub fn winners(&self) -> Vec<Option<Winner>> {
         let tiles = self.curves[0].cost.values().len();
+        if self.curves.iter().all(Curve::is_exact) {
+            return vec![None; tiles];
+        }
         let seeds = |i: usize| self.curves[i].last().map_or(0, |last| last.seeds);
         let winner = |tile: usize| {
             let at = |c: &Curve| (c.cost.values()[tile], c.cost_error.values()[tile]);
@@ -490,7 +558,7 @@ impl<'a> Work<'a> {
         let count = plan.strategies.len();
         let mut work = Self { scene, lights, plan, passes: Vec::new(), done: AtomicU64::new(0), total: 0 };
         work.passes = match plan.budget {
-            Budget::Passes(passes) => vec![passes.max(2); count],
+            Budget::Passes(passes) => vec![passes.max(LEAST_PASSES); count],
             Budget::Seconds(s) => work.on_threads(count, |i| {
                 let strategy = plan.strategies[i];
                 let settings = Settings { spp: 0, seed: seed_of(plan.seed, "pilot", strategy, 0) };
@@ -500,7 +568,7 @@ impl<'a> Work<'a> {
                 let clock = Clock::start();
                 pilot.resume_with(&integrator, PILOT, |_| !work.stopped());
                 let pass = clock.read().cpu.as_secs_f64() / f64::from(PILOT);
-                ((s / pass) as u32).max(2)
+                ((s / pass) as u32).max(LEAST_PASSES)
             }),
         };
         let pictures = work.passes.iter().map(|&p| u64::from(p) * u64::from(plan.seeds)).sum::<u64>();
@@ -550,21 +618,27 @@ impl<'a> Work<'a> {
     }
 
     fn reference(&self) -> Reference {
-        let pixels = (self.scene.picture.width * self.scene.picture.height) as usize;
+        let [width, height] = [self.scene.picture.width, self.scene.picture.height].map(|x| x as usize);
+        let pixels = width * height;
         let named = match &self.plan.truth {
             Truth::LongRun(named) => *named,
             Truth::Picture(picture) => {
                 let size = [picture.width(), picture.height()];
-                let wanted = [self.scene.picture.width, self.scene.picture.height].map(|x| x as usize);
+                let wanted = [width, height];
                 assert_eq!(size, wanted, "the reference has another size than the scene's picture");
-                let variance = vec![[0.0; 3]; pixels];
-                return Reference {
-                    picture: picture.clone(),
-                    run: None,
-                    squared_error: 0.0,
-                    wall: 0.0,
-                    variance,
-                };
+                return Reference::exact(picture.clone(), Vec::new(), vec![true; pixels]);
+            }
+            Truth::Parts(parts) => {
+                let (mut radiance, mut compared) = (vec![[0.0; 3]; pixels], vec![false; pixels]);
+                for (region, known) in parts {
+                    for &pixel in &region.pixels {
+                        (radiance[pixel], compared[pixel]) = (*known, true);
+                    }
+                }
+                assert!(compared.contains(&true), "the parts that are known have no pixel");
+                let picture = Picture::from_fn(width, height, |x, y| radiance[y * width + x]);
+                let names = parts.iter().map(|(region, known)| (region.name.clone(), *known));
+                return Reference::exact(picture, names.collect(), compared);
             }
         };
         let strategy = named.unwrap_or(LONG_RUN);
@@ -578,8 +652,10 @@ impl<'a> Work<'a> {
         Reference {
             picture: rendered.film.picture(),
             run: Some((strategy, rendered.passes)),
-            squared_error: claimed_variance(&rendered.film),
+            squared_error: claimed_variance(rendered.film.pixels()),
             wall: clock.read().wall.as_secs_f64(),
+            parts: Vec::new(),
+            compared: vec![true; pixels],
             variance: variance.map(|p| p.standard_error().map(|e| (e * e) as f32)).collect(),
         }
     }
@@ -609,11 +685,11 @@ impl<'a> Work<'a> {
             run.sights.push(self.see(&rendered.film, passes, cost, reference, epsilon));
             // The film of the last full count, whatever comes after it.
             run.difference = differences(&rendered.film, reference);
-            run.claimed = claimed_variance(&rendered.film);
+            run.claimed = claimed_variance(reference.only(rendered.film.pixels()));
         }
         run.non_finite = rendered.non_finite;
-        let mut squares: Vec<f64> =
-            run.difference.iter().map(|d| d.iter().map(|&d| f64::from(d).powi(2)).sum()).collect();
+        let compared = reference.only(&run.difference);
+        let mut squares: Vec<f64> = compared.map(|d| d.iter().map(|&d| f64::from(d).powi(2)).sum()).collect();
         squares.sort_by(|a, b| b.total_cmp(a));
         let worst = (squares.len() as f64 * OUTLIERS).ceil() as usize;
         run.outliers = squares.iter().take(worst).sum::<f64>() / squares.iter().sum::<f64>();
@@ -621,13 +697,16 @@ impl<'a> Work<'a> {
     }
 
     fn see(&self, film: &Film, passes: u32, cost: Cost, reference: &Reference, epsilon: f64) -> Sight {
-        let mut squared = Vec::with_capacity(film.pixels().len());
+        let mut squared = vec![0.0; film.pixels().len()];
         let (width, tile) = (film.width(), self.plan.tile);
         let columns = width.div_ceil(tile);
         let mut tiles = vec![(0.0, 0.0); columns * film.height().div_ceil(tile)];
         for (i, (pixel, (r, v))) in
             film.pixels().iter().zip(reference.picture.pixels().iter().zip(&reference.variance)).enumerate()
         {
+            if !reference.compared[i] {
+                continue;
+            }
             let (mut square, mut relative) = (0.0, 0.0);
             for (x, (&r, &v)) in pixel.mean().into_iter().zip(r.iter().zip(v)) {
                 let (r, v) = (f64::from(r), f64::from(v));
@@ -635,30 +714,33 @@ impl<'a> Work<'a> {
                 square += s / 3.0;
                 relative += s / (r * r + epsilon) / 3.0;
             }
-            squared.push(square);
+            squared[i] = square;
             let (sum, number) = &mut tiles[i / width / tile * columns + i % width / tile];
             *sum += relative;
             *number += 1.0;
         }
         let mean = |values: &mut dyn Iterator<Item = f64>, count: usize| values.sum::<f64>() / count as f64;
         let regions = self.plan.regions.iter();
+        let compared = reference.pixels();
         Sight {
             passes,
             cost,
-            relative: tiles.iter().map(|t| t.0).sum::<f64>() / squared.len() as f64,
+            relative: tiles.iter().map(|t| t.0).sum::<f64>() / compared as f64,
+            // A tile of which nothing is compared is 0 / 0, which no maximum takes.
             worst_tile: tiles.iter().map(|t| t.0 / t.1).fold(f64::NEG_INFINITY, f64::max),
             regions: regions
                 .map(|r| mean(&mut r.pixels.iter().map(|&p| squared[p]), r.pixels.len()))
                 .collect(),
-            squared: mean(&mut squared.iter().copied(), squared.len()),
+            squared: mean(&mut squared.iter().copied(), compared),
         }
     }
 }
 
 /// Mean over pixels and channels of the squared standard error.
-fn claimed_variance(film: &Film) -> f64 {
-    let squares = film.pixels().iter().flat_map(|p| p.standard_error()).map(|e| e * e);
-    squares.sum::<f64>() / (3 * film.pixels().len()) as f64
+fn claimed_variance<'a>(pixels: impl IntoIterator<Item = &'a Pixel>) -> f64 {
+    let squares = pixels.into_iter().flat_map(|p| p.standard_error()).map(|e| e * e);
+    let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), square| (sum + square, count + 1.0));
+    sum / count
 }
 
 fn differences(film: &Film, reference: &Reference) -> Vec<[f32; 3]> {
@@ -779,7 +861,7 @@ fn across_seeds(scene: &Scene, runs: &[&&Run], reference: &Reference, cpu: f64) 
     let (columns, rows) = (width.div_ceil(WINNER_TILE), height.div_ceil(WINNER_TILE));
     // Of each tile the squared error of each seed, and over how many pixels.
     let mut tiles = vec![(vec![0.0; runs.len()], 0.0); columns * rows];
-    for (pixel, v) in reference.variance.iter().enumerate().filter(|_| n > 0.0) {
+    for (pixel, v) in reference.only(reference.variance.iter().enumerate()).filter(|_| n > 0.0) {
         let (squares, pixels) =
             &mut tiles[pixel / width / WINNER_TILE * columns + pixel % width / WINNER_TILE];
         *pixels += 1.0;

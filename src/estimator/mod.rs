@@ -67,8 +67,8 @@ pub use brdf::{Brdf, Reflection};
 pub use clock::{Clock, Cost};
 pub(crate) use convergence::standard_errors;
 pub use convergence::{
-    Budget, CONFIDENCE, Convergence, Curve, Experiment, Interval, LONG_RUN, Measured, OUTLIERS, Reference,
-    Region, Rung, Truth, WINNER_TILE, Winner, convergence, regions_by_material,
+    Budget, CONFIDENCE, Convergence, Curve, Experiment, Interval, LEAST_PASSES, LONG_RUN, Measured, OUTLIERS,
+    Reference, Region, Rung, Truth, WINNER_TILE, Winner, convergence, regions_by_material,
 };
 pub use error::Error;
 pub use film::{Blocks, Film, Pixel};

@@ -2,7 +2,7 @@
 
 use super::palette::PALETTE;
 use crate::estimator::{Convergence, Film, WINNER_TILE};
-use crate::picture::{Canvas, ColourMap, Heat, Scale, Sheet, Tile, Tone};
+use crate::picture::{Canvas, ColourMap, Field, Heat, Scale, Sheet, Tile, Tone};
 
 /// What [`convergence_sheet`] shows for one time.
 pub struct AtEqualTime {
@@ -27,8 +27,7 @@ pub fn convergence_sheet(title: &str, found: &Convergence, times: &[AtEqualTime]
         sheet = sheet.row(format!("{:.3} s", at.seconds), pictures);
         let errors = at.pictures.iter().map(|(_, film)| {
             let map = found.error_map(film);
-            let square = map.values().iter().map(|e| e * e).sum::<f64>() / map.values().len() as f64;
-            Tile::new(heat.paint(&map)).caption(format!("relative rms error {:.3}", square.sqrt()))
+            Tile::new(heat.paint(&map)).caption(format!("relative rms error {:.3}", root_mean_square(&map)))
         });
         sheet = sheet.row("error", errors);
     }
@@ -61,6 +60,12 @@ pub fn winner_map(found: &Convergence) -> Canvas {
         }
     }
     canvas
+}
+
+/// Of the cells inside of the domain.
+pub(super) fn root_mean_square(field: &Field) -> f64 {
+    let finite: Vec<f64> = field.values().iter().copied().filter(|v| v.is_finite()).collect();
+    (finite.iter().map(|v| v * v).sum::<f64>() / finite.len().max(1) as f64).sqrt()
 }
 
 pub(super) fn colour_name(i: usize) -> &'static str {

@@ -1,7 +1,7 @@
 //! Renders: strategies beside and over one another, their errors, how they converge, whether they agree, and what the scene needs.
 
 use super::super::convergence::{best_efficiency, over_best, ratio};
-use super::super::convergence_sheet::{AtEqualTime, winner_map};
+use super::super::convergence_sheet::{AtEqualTime, root_mean_square, winner_map};
 use super::super::{accord, convergence_plot, convergence_table, region_ratios};
 use super::figure::Figure;
 use super::page::{Block, Cell, Column, Page, Row, Section, Table, id};
@@ -24,11 +24,6 @@ pub struct Group {
 /// Relative errors.
 fn error_heat() -> Heat {
     Heat { map: ColourMap::Inferno, scale: Scale::Log { floor: 1e-3, max: 10.0 } }
-}
-
-fn root_mean_square(field: &Field) -> f64 {
-    let finite: Vec<f64> = field.values().iter().copied().filter(|v| v.is_finite()).collect();
-    (finite.iter().map(|v| v * v).sum::<f64>() / finite.len().max(1) as f64).sqrt()
 }
 
 /// The standard error that the film claims, over its mean: of a pixel, the root mean square over the channels, of the mean of the picture where it is dark.
@@ -92,8 +87,9 @@ impl Page {
         let best = best_efficiency(found);
         let rows = found.curves.iter().filter_map(|curve| {
             let last = curve.last()?;
-            let slope = curve.slope_time.filter(|_| curve.sees_all());
-            let over = if curve.is_exact() || !curve.sees_all() { f64::NAN } else { best / curve.efficiency };
+            let has_law = curve.sees_all() && !curve.is_exact();
+            let slope = curve.slope_time.filter(|_| has_law);
+            let over = if has_law { best / curve.efficiency } else { f64::NAN };
             Some(Row::new([
                 Cell::new(curve.strategy.to_string()),
                 Cell::number(f64::from(last.passes), count(u64::from(last.passes))),
