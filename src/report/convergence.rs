@@ -9,6 +9,11 @@ fn target(found: &Convergence) -> Option<f64> {
     last.reduce(f64::min).map(f64::sqrt)
 }
 
+/// Whether there is no error to compare.
+pub(super) fn all_exact(found: &Convergence) -> bool {
+    found.curves.iter().all(Curve::is_exact)
+}
+
 fn inexact(found: &Convergence) -> impl Iterator<Item = &Curve> {
     found.curves.iter().filter(|curve| !curve.is_exact())
 }
@@ -35,10 +40,11 @@ fn slope(s: Option<Interval>) -> String {
     s.map_or("-".to_owned(), |s| format!("{:.3} ± {:.3}", s.value, s.half_width))
 }
 
-/// How many times the best. Where that is exact but for roundings, no digits.
+/// How many times the best, which is above 0 unless it is exact. Where the best is exact but for roundings, no digits.
 pub(super) fn over_best(x: f64) -> String {
     match x {
         x if !x.is_finite() => "-".to_owned(),
+        0.0 => "exact".to_owned(),
         x if x < 9.995 => format!("{x:.2}"),
         x if x >= 1e5 => format!("{x:.0e}"),
         x => format!("{x:.0}"),
@@ -56,7 +62,7 @@ pub(super) fn ratio(Interval { value, half_width }: Interval) -> String {
 }
 
 /// Errors at the largest count, slopes, efficiencies, what it takes to reach an error (`reach`, root mean square in radiance; otherwise
-/// that of the strategy that came closest), and the parts of the picture at equal time. `setup` is what it took to read the scene and to build its lights.
+/// that of the strategy that came closest), and the parts of the picture at equal time, of those that are not exact. `setup` is what it took to read the scene and to build its lights.
 pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -> String {
     let mut out = String::new();
     let name = |c: &Curve| c.strategy.to_string();
@@ -99,54 +105,28 @@ pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -
             last.wall.mean,
         );
     }
-    let reach = reach.or_else(|| target(found)).unwrap_or(f64::NAN);
-    let best = best_efficiency(found);
-    let _ = writeln!(
-        out,
-        "\n{:width$}  {:>10} {:>14}  {:>20} {:>9}  {:>20}  {:>11} {:>16}",
-        "strategy",
-        "efficiency",
-        "time over best",
-        format!("samples to {reach:.2e}"),
-        "CPU s",
-        "bias^2",
-        "worst 0.1%",
-        "claimed variance"
-    );
-    for curve in inexact(found).filter(|c| c.last().is_some()) {
-        let known = curve.sees_all();
-        let (samples, seconds) =
-            curve.to_reach(reach).filter(|_| known).map_or(("-".to_owned(), "-".to_owned()), |(n, t)| {
-                let beyond = curve.last().is_some_and(|l| n > 1.001 * f64::from(l.passes));
-                (format!("{}{n:.0}", if beyond { "~" } else { "" }), format!("{t:.2}"))
-            });
-        let _ = writeln!(
-            out,
-            "{:width$}  {:>10.3e} {:>14}  {samples:>20} {seconds:>9}  {:>20}  {:>10.1}% {:>16}",
-            name(curve),
-            curve.efficiency,
-            if known { over_best(best / curve.efficiency) } else { "-".to_owned() },
-            format!("{:.1e} ± {:.0e}", curve.squared_bias.mean, curve.squared_bias.error),
-            100.0 * curve.outliers.mean,
-            over_best(curve.claimed),
-        );
+    if !all_exact(found) {
+        efficiencies(&mut out, found, width, reach.or_else(|| target(found)));
+        if !found.regions.is_empty() {
+            regions(&mut out, found);
+        }
     }
-    if !found.regions.is_empty() {
-        regions(&mut out, found);
+    let exact = found.curves.iter().filter(|c| c.is_exact()).map(name).collect::<Vec<_>>().join(", ");
+    match (all_exact(found), exact.as_str()) {
+        (_, "") => {}
+        (true, _) => {
+            out.push_str("\nall strategies are exact, but for rounding: there is no error to compare\n")
+        }
+        (false, _) => {
+            let _ = writeln!(out, "\n{exact}: exact, but for rounding; only the others are compared");
+        }
     }
     let Cost { cpu, wall } = setup;
     let _ = writeln!(
         out,
         "\nreference: {}; relative errors over r^2 + {:.2e}; {} seeds from {}; tiles of {} pixels\n\
          set-up (scene and lights): {:.3} s CPU, {:.3} s wall, not in the times above, which are of the passes on one thread",
-        match found.reference.run {
-            Some((strategy, passes)) => format!(
-                "{strategy} at {passes} samples a pixel, {:.1} s, own rms error {:.2e} (taken off)",
-                found.reference.wall,
-                found.reference.squared_error.sqrt()
-            ),
-            None => "given, taken as exact: its own error shows as bias^2".to_owned(),
-        },
+        reference(found),
         found.epsilon,
         seeds_of(found),
         found.seed,
@@ -154,11 +134,13 @@ pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -
         cpu.as_secs_f64(),
         wall.as_secs_f64()
     );
-    let _ = writeln!(
-        out,
-        "efficiency: 1 / (squared error x CPU s); worst 0.1%: their share of the squared error; claimed variance: that of the film over the squared error, \
-         less than 1 where light is yet unseen; ~: beyond what was measured"
-    );
+    if !all_exact(found) {
+        let _ = writeln!(
+            out,
+            "efficiency: 1 / (squared error x CPU s); worst 0.1%: their share of the squared error; claimed variance: that of the film over the squared error, \
+             less than 1 where light is yet unseen; ~: beyond what was measured"
+        );
+    }
     for curve in found.curves.iter().filter(|c| !c.sees_all()) {
         let _ = writeln!(
             out,
@@ -184,6 +166,65 @@ pub fn convergence_table(found: &Convergence, setup: Cost, reach: Option<f64>) -
     out
 }
 
+/// What the pictures are compared with.
+fn reference(found: &Convergence) -> String {
+    let reference = &found.reference;
+    if let Some((strategy, passes)) = reference.run {
+        return format!(
+            "{strategy} at {passes} samples a pixel, {:.1} s, own rms error {:.2e} (taken off)",
+            reference.wall,
+            reference.squared_error.sqrt()
+        );
+    }
+    let names: Vec<_> = reference.parts.iter().map(|(name, _)| name.as_str()).collect();
+    match names.as_slice() {
+        [] => "given, taken as exact: its own error shows as bias^2".to_owned(),
+        names => format!(
+            "closed form of the scene ({}), at the {} of {} pixels that show nothing else",
+            names.join(", "),
+            reference.pixels(),
+            reference.picture.pixels().len()
+        ),
+    }
+}
+
+/// What those that are not exact cost, and what it takes to reach an error.
+fn efficiencies(out: &mut String, found: &Convergence, width: usize, reach: Option<f64>) {
+    let best = best_efficiency(found);
+    let _ = writeln!(
+        out,
+        "\n{:width$}  {:>10} {:>14}  {:>20} {:>9}  {:>20}  {:>11} {:>16}",
+        "strategy",
+        "efficiency",
+        "time over best",
+        reach.map_or("samples".to_owned(), |reach| format!("samples to {reach:.2e}")),
+        "CPU s",
+        "bias^2",
+        "worst 0.1%",
+        "claimed variance"
+    );
+    for curve in inexact(found).filter(|c| c.last().is_some()) {
+        let known = curve.sees_all();
+        let (samples, seconds) = reach.filter(|_| known).and_then(|reach| curve.to_reach(reach)).map_or(
+            ("-".to_owned(), "-".to_owned()),
+            |(n, t)| {
+                let beyond = curve.last().is_some_and(|l| n > 1.001 * f64::from(l.passes));
+                (format!("{}{n:.0}", if beyond { "~" } else { "" }), format!("{t:.2}"))
+            },
+        );
+        let _ = writeln!(
+            out,
+            "{:width$}  {:>10.3e} {:>14}  {samples:>20} {seconds:>9}  {:>20}  {:>10.1}% {:>16}",
+            curve.strategy.to_string(),
+            curve.efficiency,
+            if known { over_best(best / curve.efficiency) } else { "-".to_owned() },
+            format!("{:.1e} ± {:.0e}", curve.squared_bias.mean, curve.squared_bias.error),
+            100.0 * curve.outliers.mean,
+            over_best(curve.claimed),
+        );
+    }
+}
+
 /// How many pictures of each strategy came, of as many as there should be.
 pub(super) fn seeds_of(found: &Convergence) -> String {
     let came = found.curves.iter().filter_map(|c| c.last()).map(|r| r.seeds).min().unwrap_or(0);
@@ -194,7 +235,7 @@ pub(super) fn seeds_of(found: &Convergence) -> String {
     }
 }
 
-/// Errors of parts of the picture at equal time, over the least of all strategies.
+/// Errors of parts of the picture at equal time, over the least of the strategies that are not exact.
 fn regions(out: &mut String, found: &Convergence) {
     let width =
         found.regions.iter().map(|r| r.0.len()).max().unwrap_or(0).max("rms error at equal time".len());
@@ -216,32 +257,37 @@ fn regions(out: &mut String, found: &Convergence) {
     );
 }
 
-/// For the whole picture and each part: its name, its pixels, and the root mean square error of each strategy at equal CPU time (by the
-/// law of the square root, from its largest count) over the least of them. 1 is the best, and has no interval; NaN where there is no error. The intervals
-/// are of first order, from the standard errors of squared error and time of both, and Student's t.
+/// For the whole picture (what of it is compared) and each part: its name, its pixels, and the root mean square error of each strategy at equal CPU time (by the
+/// law of the square root, from its largest count) over the least of those that are not exact. 1 is the best of these, and has no interval; 0 is exact
+/// ([`Curve::is_exact`], or no error at all in the part); NaN or infinite where the error of the best can't be told from 0. The intervals are of first order, from the standard errors of squared error and time of both, and Student's t.
 pub fn region_ratios(found: &Convergence) -> Vec<(String, usize, Vec<Interval>)> {
-    let pixels = found.reference.picture.pixels().len();
-    let whole = ("whole picture".to_owned(), pixels);
+    let whole = ("whole picture".to_owned(), found.reference.pixels());
     let row = |(i, (name, pixels)): (usize, &(String, usize))| {
-        // The root of squared error x time, its relative variance and the seeds.
+        // The root of squared error x time, its relative variance and the seeds; none of what is exact.
         let cost = |c: &Curve| {
-            c.last().map_or((f64::NAN, f64::NAN, 0), |l| {
-                let squared = if i == 0 { l.squared } else { l.regions[i - 1] };
-                let relative = |m: Measured| (0.5 * m.error / m.mean).powi(2);
-                let root = (squared.mean.max(0.0) * l.cpu.mean).sqrt();
-                (root, relative(squared) + relative(l.cpu), l.seeds)
-            })
+            let Some(l) = c.last() else { return Some((f64::NAN, f64::NAN, 0)) };
+            let squared = if i == 0 { l.squared } else { l.regions[i - 1] };
+            let varies = squared.error > 0.0;
+            if c.is_exact() || squared.mean == 0.0 && !varies {
+                return None;
+            }
+            let relative = |m: Measured| (0.5 * m.error / m.mean).powi(2);
+            let root = (squared.mean.max(0.0) * l.cpu.mean).sqrt();
+            Some((root, relative(squared) + relative(l.cpu), l.seeds))
         };
         let costs: Vec<_> = found.curves.iter().map(cost).collect();
-        let best = (0..costs.len())
-            .filter(|&k| !costs[k].0.is_nan())
-            .min_by(|&a, &b| costs[a].0.total_cmp(&costs[b].0));
+        let known = costs.iter().enumerate().filter_map(|(k, cost)| Some((k, (*cost)?)));
+        let best = known.filter(|(_, cost)| !cost.0.is_nan()).min_by(|a, b| a.1.0.total_cmp(&b.1.0));
         let over_least = |k: usize| {
-            let Some(best) = best else { return Interval { value: f64::NAN, half_width: f64::INFINITY } };
-            if k == best && costs[k].0 > 0.0 {
+            let Some((root, own, own_seeds)) = costs[k] else {
+                return Interval { value: 0.0, half_width: 0.0 };
+            };
+            let Some((best, (least, its, seeds))) = best else {
+                return Interval { value: f64::NAN, half_width: f64::INFINITY };
+            };
+            if k == best && least > 0.0 {
                 return Interval { value: 1.0, half_width: 0.0 };
             }
-            let ((least, its, seeds), (root, own, own_seeds)) = (costs[best], costs[k]);
             let freedom = (seeds + own_seeds) as f64 - 2.0;
             let value = root / least;
             let half_width = value * standard_errors(freedom) * (its + own).sqrt();
@@ -252,7 +298,8 @@ pub fn region_ratios(found: &Convergence) -> Vec<(String, usize, Vec<Interval>)>
     std::iter::once(&whole).chain(&found.regions).enumerate().map(row).collect()
 }
 
-/// A line for every strategy and count, with a header; the last columns are of the parts of the picture, by name.
+/// A line for every strategy and count, with a header; the last columns are of the parts of the picture, by name. What is not known, as the standard error of one
+/// picture, is left empty.
 pub fn convergence_to_csv(found: &Convergence) -> String {
     let mut out = "strategy,samples,seeds,cpu_seconds,wall_seconds,squared_error,squared_error_se,\
                    relative_squared_error,relative_squared_error_se,worst_tile,worst_tile_se"
@@ -272,23 +319,11 @@ pub fn convergence_to_csv(found: &Convergence) -> String {
     out.push('\n');
     for curve in &found.curves {
         for r in &curve.rungs {
-            let _ = write!(
-                out,
-                "{},{},{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{:e}",
-                curve.strategy,
-                r.passes,
-                r.seeds,
-                r.cpu.mean,
-                r.wall.mean,
-                r.squared.mean,
-                r.squared.error,
-                r.relative.mean,
-                r.relative.error,
-                r.worst_tile.mean,
-                r.worst_tile.error
-            );
-            for region in &r.regions {
-                let _ = write!(out, ",{:e},{:e}", region.mean, region.error);
+            let _ = write!(out, "{},{},{}", curve.strategy, r.passes, r.seeds);
+            let errors = [r.squared, r.relative, r.worst_tile].into_iter().chain(r.regions.iter().copied());
+            let times = [r.cpu.mean, r.wall.mean];
+            for x in times.into_iter().chain(errors.flat_map(|m| [m.mean, m.error])) {
+                let _ = if x.is_finite() { write!(out, ",{x:e}") } else { write!(out, ",") };
             }
             out.push('\n');
         }
@@ -320,18 +355,20 @@ pub fn convergence_to_json(found: &Convergence, setup: Cost, reach: Option<f64>)
                 "regions": regions.collect::<serde_json::Map<_, _>>(),
             })
         });
-        let reached = reach.filter(|_| c.sees_all()).and_then(|e| c.to_reach(e)).map_or(
+        let exact = c.is_exact();
+        let reached = reach.filter(|_| c.sees_all() && !exact).and_then(|e| c.to_reach(e)).map_or(
             Value::Null,
             |(samples, seconds)| json!({ "rms_error": reach, "samples": samples, "cpu_seconds": seconds }),
         );
         json!({
             "strategy": c.strategy.to_string(),
             "rungs": rungs.collect::<Vec<_>>(),
-            "slope_over_time": interval(c.slope_time),
-            "slope_over_samples": interval(c.slope_samples),
-            "squared_error_over_time": power(c.fit_time),
-            "squared_error_over_samples": power(c.fit_samples),
-            "efficiency": c.efficiency,
+            "exact": exact,
+            "slope_over_time": interval(c.slope_time.filter(|_| !exact)),
+            "slope_over_samples": interval(c.slope_samples.filter(|_| !exact)),
+            "squared_error_over_time": power(c.fit_time.filter(|_| !exact)),
+            "squared_error_over_samples": power(c.fit_samples.filter(|_| !exact)),
+            "efficiency": (!exact).then_some(c.efficiency),
             "to_reach": reached,
             "squared_bias": measured(c.squared_bias),
             "outliers": measured(c.outliers),
@@ -351,7 +388,12 @@ pub fn convergence_to_json(found: &Convergence, setup: Cost, reach: Option<f64>)
             "samples": samples,
             "squared_error": found.reference.squared_error,
         }),
-        None => json!({ "given": true }),
+        None if found.reference.parts.is_empty() => json!({ "given": true }),
+        None => {
+            let parts = found.reference.parts.iter().map(|(name, radiance)| (name.clone(), json!(radiance)));
+            let radiance: serde_json::Map<_, _> = parts.collect();
+            json!({ "given": true, "radiance": radiance, "pixels": found.reference.pixels() })
+        }
     };
     json!({
         "kind": "converge",

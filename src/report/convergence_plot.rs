@@ -1,6 +1,6 @@
 //! Error against run time as a plot.
 
-use super::convergence::{best_efficiency, seeds_of};
+use super::convergence::{all_exact, best_efficiency, seeds_of};
 use super::plot::{Failure, colour, font};
 use crate::estimator::{Convergence, Curve, Measured, standard_errors};
 use plotters::prelude::*;
@@ -13,7 +13,8 @@ const DOT: i32 = 2;
 const HOLE: i32 = 5;
 
 /// The plot as the text of an SVG file: the root of the squared error over the CPU time of a picture, both logarithmic, with 95%
-/// intervals over seeds, the fitted powers of the time and their slopes; and the error of the reference, if it has one.
+/// intervals over seeds, the fitted powers of the time and their slopes; and the error of the reference, if it has one. What is exact has no points; if all
+/// of them are, a sentence says so.
 ///
 /// # Errors
 /// [`std::fmt::Error`] if the text can't be put together, or nothing was measured.
@@ -51,15 +52,20 @@ fn figure(x: f64) -> String {
 }
 
 fn draw<'a>(title: &str, found: &Convergence, text: &'a mut String) -> Result<(), Failure<'a>> {
-    let series: Vec<_> = found.curves.iter().map(points).collect();
+    let series: Vec<_> =
+        found.curves.iter().map(|c| if c.is_exact() { Vec::new() } else { points(c) }).collect();
     let all = || series.iter().flatten();
     let ends = |values: &mut dyn Iterator<Item = f64>| {
         values.fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)))
     };
     let floor = found.reference.squared_error.sqrt();
-    let times = ends(&mut all().map(|p| p.0));
-    let errors = ends(&mut all().map(|p| p.1[1]).chain((floor > 0.0).then_some(floor)));
-    if !(times.1 > 0.0 && errors.1 > 0.0) {
+    let nothing = all().next().is_none();
+    // Without a point, the times that were measured, and errors of any size.
+    let measured = found.curves.iter().flat_map(|c| &c.rungs).map(|r| r.cpu.mean).filter(|t| *t > 0.0);
+    let times = ends(&mut all().map(|p| p.0).chain(measured.filter(|_| nothing)));
+    let none = [1e-6, 1.0].into_iter().filter(|_| nothing);
+    let errors = ends(&mut all().map(|p| p.1[1]).chain((floor > 0.0).then_some(floor)).chain(none));
+    if times.1 == 0.0 {
         return Ok(());
     }
     let (x, y) = ((times.0 / 1.5, times.1 * 1.5), (errors.0 / 2.0, errors.1 * 2.0));
@@ -100,13 +106,18 @@ fn draw<'a>(title: &str, found: &Convergence, text: &'a mut String) -> Result<()
     // What the root of a sum of independent samples does, from the middle of the first curve.
     let guide = (times.0 * times.1).sqrt();
     let height = (errors.0 * errors.1).sqrt();
-    let line = [times.0, times.1].map(|t| (t, height * (t / guide).powf(-0.5)));
-    chart.draw_series(DashedLineSeries::new(
-        line,
-        DOT as u32,
-        HOLE as u32,
-        BLACK.mix(0.45).stroke_width(2),
-    ))?;
+    if nothing {
+        let sentence = match all_exact(found) {
+            true => "all strategies are exact: there is no error to draw",
+            false => "no error can be told from 0",
+        };
+        let centred = font(18).pos(Pos::new(HPos::Center, VPos::Center));
+        chart.draw_series([Text::new(sentence, (guide, height), centred)])?;
+    } else {
+        let line = [times.0, times.1].map(|t| (t, height * (t / guide).powf(-0.5)));
+        let dots = BLACK.mix(0.45).stroke_width(2);
+        chart.draw_series(DashedLineSeries::new(line, DOT as u32, HOLE as u32, dots))?;
+    }
     for (i, (curve, points)) in found.curves.iter().zip(&series).enumerate() {
         let colour = colour(i);
         let law = curve.fit_time.filter(|_| curve.sees_all());
@@ -140,6 +151,7 @@ fn draw<'a>(title: &str, found: &Convergence, text: &'a mut String) -> Result<()
         legend.draw(&Circle::new((20, y), 4, colour.filled()))?;
         legend.draw(&Text::new(curve.strategy.to_string(), (46, y), middle(17)))?;
         let slope = match curve.slope_time {
+            _ if curve.is_exact() => "exact, but for rounding".to_owned(),
             _ if !curve.sees_all() => "no slope".to_owned(),
             Some(s) if s.half_width.is_finite() => format!("slope {:.3} ± {:.3}", s.value, s.half_width),
             Some(s) => format!("slope {:.3}", s.value),
@@ -147,6 +159,7 @@ fn draw<'a>(title: &str, found: &Convergence, text: &'a mut String) -> Result<()
         };
         legend.draw(&Text::new(slope, (46, y + 22), middle(15)))?;
         let efficiency = match best / curve.efficiency {
+            _ if curve.is_exact() => String::new(),
             _ if !curve.sees_all() => "has not seen all there is".to_owned(),
             x if !x.is_finite() => String::new(),
             x if x < 1.005 => "the most efficient".to_owned(),
@@ -157,16 +170,19 @@ fn draw<'a>(title: &str, found: &Convergence, text: &'a mut String) -> Result<()
         y += 78;
     }
     y += 8;
-    for x in (4..36).step_by((DOT + HOLE) as usize) {
-        legend.draw(&PathElement::new([(x, y), (x + DOT, y)], BLACK.mix(0.45).stroke_width(2)))?;
+    if !nothing {
+        for x in (4..36).step_by((DOT + HOLE) as usize) {
+            legend.draw(&PathElement::new([(x, y), (x + DOT, y)], BLACK.mix(0.45).stroke_width(2)))?;
+        }
+        legend.draw(&Text::new("slope -1/2", (46, y), middle(14)))?;
     }
-    legend.draw(&Text::new("slope -1/2", (46, y), middle(14)))?;
     for line in [
         format!("{} seeds; bars and ± are 95% intervals", seeds_of(found)),
         "time of one thread, without set-up".to_owned(),
         match found.reference.run {
             Some((strategy, passes)) => format!("reference: {strategy} at {passes} samples a pixel"),
-            None => "reference: given".to_owned(),
+            None if found.reference.parts.is_empty() => "reference: given".to_owned(),
+            None => "reference: closed form of the scene".to_owned(),
         },
     ] {
         y += 24;
