@@ -8,8 +8,8 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use warpcheck::estimator::{
-    self, Budget, Clock, Convergence, Curve, Experiment, Lights, Plan, Settings, Strategy, Truth,
-    convergence, render,
+    self, Budget, Clock, Convergence, Curve, Experiment, LEAST_PASSES, Lights, Plan, Settings, Strategy,
+    Truth, convergence, render,
 };
 use warpcheck::picture::{Picture, write_atomically, write_png};
 use warpcheck::report::html::{Group, Page};
@@ -35,7 +35,7 @@ pub struct Arguments {
     #[arg(long, value_name = "S", value_parser = common::seconds, allow_negative_numbers = true)]
     time: Option<f64>,
     /// What is right: a picture (EXR, HDR), a radiance that is everywhere (one number, or red,green,blue), or a strategy, of which a long run is
-    /// made [default: mis-two]
+    /// made [default: the closed form that the scene's [reference] names, if it does; or else mis-two]
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
     /// Root mean square error to reach, in radiance [default: the least that was reached]
@@ -70,7 +70,7 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
     let strategies = common::strategies(&arguments.strategy, &default.strategies)?;
     let truth = match &arguments.reference {
         Some(given) => truth(&scene, given)?,
-        None => Truth::LongRun(None),
+        None => own_truth(&scene, arguments.lights.replaces_map())?,
     };
     let rendered = strategies.iter().copied().chain(truth.long_run()).collect::<Vec<_>>();
     let planned = Plan::of(&scene, &rendered, arguments.lights.sampling())?;
@@ -114,6 +114,9 @@ pub fn onto(arguments: &Arguments, page: Option<&mut Page>) -> Result<ExitCode> 
     let black = |c: &Curve| c.last().is_some_and(|last| last.squared.mean == 0.0);
     if found.curves.iter().all(black) && found.reference.picture.pixels().iter().all(|p| *p == [0.0; 3]) {
         bail!("no strategy saw any light, and the reference is black: there is no error to measure");
+    }
+    if let Some(few) = arguments.spp.filter(|&spp| spp < LEAST_PASSES) {
+        print(&format!("{LEAST_PASSES} samples a pixel: {few} has no standard error and no slope\n"))?;
     }
     print(&report::convergence_table(&found, setup, arguments.reach))?;
     let (width, height) = (scene.picture.width, scene.picture.height);
@@ -177,6 +180,19 @@ fn equal_samples(scene: &Scene, lights: &Lights, found: &Convergence, seed: u64)
     vec![Group { name: format!("{spp} samples a pixel"), note: String::new(), films: films.collect() }]
 }
 
+/// What the scene says of itself, or else a long run. Whatever doesn't fit is said and left out, since nobody asked for it.
+fn own_truth(scene: &Scene, is_under_another_map: bool) -> Result<Truth> {
+    let is_known = scene.reference.as_ref().is_some_and(|r| !r.radiance.is_empty());
+    let why = match Truth::closed_form(scene) {
+        None if !is_known => return Ok(Truth::LongRun(None)),
+        None => "no pixel shows it and nothing else",
+        Some(_) if is_under_another_map => "it is not of this --map",
+        Some(truth) => return Ok(truth),
+    };
+    print(&format!("the closed form of the scene's [reference] is left out: {why}\n"))?;
+    Ok(Truth::LongRun(None))
+}
+
 /// A long run, a picture of the scene's size, or the same radiance everywhere.
 fn truth(scene: &Scene, given: &Path) -> Result<Truth> {
     let (width, height) = (scene.picture.width as usize, scene.picture.height as usize);
@@ -189,6 +205,9 @@ fn truth(scene: &Scene, given: &Path) -> Result<Truth> {
         Ok(&[grey]) => [grey; 3],
         Ok(&[r, g, b]) => [r, g, b],
         Ok(_) => bail!("a reference of radiance {text} is neither one number nor red,green,blue"),
+        Err(_) if given.extension().is_some_and(|e| e == "json") => bail!(
+            "{text} has block means, with which only `agree` compares; `converge` takes a picture (EXR, HDR), a radiance or a strategy"
+        ),
         Err(_) => return Ok(Truth::Picture(common::reference(scene, given)?)),
     };
     if !radiance.iter().all(|r| r.is_finite() && *r >= 0.0) {

@@ -3,6 +3,7 @@
 use crate::scenes::{cornell, data, shipped};
 use assert_cmd::cargo::cargo_bin;
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -73,7 +74,7 @@ fn errors_fall_by_the_root() {
     );
     for (name, _, ratios) in parts {
         // The lamp is seen without error.
-        if ratios.iter().all(|r| r.value.is_nan()) {
+        if ratios.iter().all(|r| r.value == 0.0) {
             assert_eq!(name, "light");
             continue;
         }
@@ -182,25 +183,118 @@ fn who_has_not_seen_the_mirror_is_no_judge() {
     assert_eq!(json["strategies"][1]["to_reach"]["rms_error"], 0.02);
 }
 
-/// A furnace's radiance is known, channel by channel.
+/// What the command says, with standard error, and its exit code.
+fn converge(folder: &Path, words: &str) -> (Option<i32>, String) {
+    let mut command = Command::new(cargo_bin!("warpcheck"));
+    let output = command.current_dir(folder).arg("converge").args(words.split_whitespace()).output().unwrap();
+    (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
+}
+
+/// The radiance of the furnace is its albedo: the scene says so, and only the pixels that show nothing but the ball are compared with it. A direction w uniform on
+/// the hemisphere gives 2 a cos(w), of variance a^2 / 3.
 #[test]
-fn a_reference_has_three_channels() {
+fn a_closed_form_is_the_reference() {
+    let (scene, lights) = shipped("furnace", &[("= 64", "= 32")]);
+    let truth = Truth::closed_form(&scene).unwrap();
+    let plan = plan(&[Strategy::Uniform, LIGHT, Strategy::Brdf], 64);
+    let found =
+        convergence(&scene, &lights, &Experiment { truth, regions: regions_by_material(&scene), ..plan });
+    let albedo = [0.8, 0.5, 0.2];
+    assert_eq!(found.reference.parts, [("ball".to_owned(), albedo)]);
+    let pixels = found.reference.pixels();
+    assert!((300..512).contains(&pixels) && found.regions == [("ball".to_owned(), pixels)], "{pixels}");
+    let expected = albedo.map(|a| f64::from(a).powi(2)).iter().sum::<f64>() / 3.0 / 3.0 / 64.0;
+    for curve in &found.curves[..2] {
+        let (slope, last, bias) = (curve.slope_samples.unwrap(), curve.last().unwrap(), curve.squared_bias);
+        println!("{}: {slope:?}, {:?} of {expected}, bias^2 {bias:?}", curve.strategy, last.squared);
+        assert!(slope.contains(-0.5) && slope.half_width < 0.1, "{slope:?}");
+        assert!(bias.mean.abs() < 4.0 * bias.error && bias.error < 0.03 * last.squared.mean, "{bias:?}");
+        assert!((curve.claimed - 1.0).abs() < 0.1, "{}", curve.claimed);
+        assert_eq!(last.regions, [last.squared]);
+    }
+    let uniform = found.curves[0].last().unwrap().squared.mean;
+    assert!((uniform / expected - 1.0).abs() < 0.1, "{uniform} of {expected}");
+    assert!(found.curves[2].is_exact());
+    // Nothing is said of the sky.
+    let film = &found.at_equal_time(&scene, &lights, 1e-9)[0].1;
+    let map = found.error_map(film);
+    assert_eq!(map.values().iter().filter(|e| e.is_finite()).count(), pixels);
+    assert!(map.values()[0].is_nan() && found.winners()[0].is_none());
+    let table = convergence_table(&found, Cost::default(), None);
+    assert!(
+        table.contains(&format!("closed form of the scene (ball), at the {pixels} of 1024 pixels")),
+        "{table}"
+    );
+    let json = convergence_to_json(&found, Cost::default(), None);
+    assert_eq!(json["reference"]["pixels"], pixels);
+    assert_eq!(json["reference"]["radiance"]["ball"].as_array().unwrap().len(), 3);
+}
+
+/// The command takes the closed form of the scene, unless it is told otherwise or looks at another scene.
+#[test]
+fn the_command_takes_the_closed_form() {
     let folder = tempdir().unwrap();
-    let run = |reference: &str| {
-        let scene = data("scene/furnace.toml");
-        let words =
-            ["converge", scene.to_str().unwrap(), "--strategy", "uniform", "--spp", "4", "--seeds", "2"];
-        let mut command = Command::new(cargo_bin!("warpcheck"));
-        command.current_dir(folder.path()).args(words).args(["--reference", reference]);
-        let output = command.output().unwrap();
-        let said = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
-        (output.status.code(), said)
+    let scene = data("scene/furnace.toml");
+    let run = |more: &str| {
+        converge(folder.path(), &format!("{} --strategy uniform --spp 2 --seeds 2 {more}", scene.display()))
     };
-    let (code, said) = run("0.8,0.5,0.2");
-    assert!(code == Some(0) && said.contains("reference: given"), "{said}");
+    let sky = data("env/noon_grass_512.hdr");
+    for (more, says) in [
+        ("", "closed form of the scene (ball)"),
+        ("--reference mis-two", "reference: mis-two at 32 samples"),
+        ("--reference 0.8,0.5,0.2", "reference: given"),
+        (&format!("--map {}", sky.display()), "[reference] is left out: it is not of this --map"),
+    ] {
+        let (code, said) = run(more);
+        assert!(code == Some(0) && said.contains(says), "{more}: {said}");
+    }
     for wrong in ["0.8,0.5", "1,1,-1"] {
-        let (code, said) = run(wrong);
+        let (code, said) = run(&format!("--reference {wrong}"));
         assert!(code == Some(2) && said.contains(&format!("a reference of radiance {wrong}")), "{said}");
+    }
+}
+
+/// A square of albedo 0.5 that fills the picture, under a sky of radiance 1: `brdf` has no error.
+#[test]
+fn exact_strategies_are_told_so() {
+    let folder = tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("square.mtl"), "newmtl square\nKd 0.5 0.5 0.5\n").unwrap();
+    let mesh = "mtllib square.mtl\nusemtl square\nv -9 -9 0\nv 9 -9 0\nv 9 9 0\nv -9 9 0\nf 1 2 3 4\n";
+    fs::write(path("square.obj"), mesh).unwrap();
+    fs::copy(data("scene/white.hdr"), path("white.hdr")).unwrap();
+    let scene = "materials = \"mtl\"\n[[mesh]]\nfile = \"square.obj\"\n[camera]\neye = [0, 0, 4]\nat = [0, 0, 0]\n\
+                 fov_degrees = 30\n[environment]\nfile = \"white.hdr\"\n[picture]\nwidth = 16\nheight = 16\n";
+    fs::write(path("square.toml"), scene).unwrap();
+    let run = |strategies: &str| {
+        let words = format!("square.toml --strategy {strategies} --reference 0.5 --spp 8 --seeds 3");
+        let (code, said) =
+            converge(folder.path(), &format!("{words} --out out --json out/c.json --report page"));
+        assert_eq!(code, Some(0), "{said}");
+        assert!(path("out/square-converge-sheet.png").exists());
+        let text = |file: &str| fs::read_to_string(path(file)).unwrap();
+        let (svg, csv) = (text("out/square-converge.svg"), text("out/square-converge.csv"));
+        for text in [&said, &svg, &csv] {
+            assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+        }
+        let json: serde_json::Value = serde_json::from_str(&text("out/c.json")).unwrap();
+        (said, svg, json)
+    };
+    let sentence = "all strategies are exact: there is no error to draw";
+    let (said, svg, json) = run("brdf");
+    assert!(said.contains("all strategies are exact, but for rounding") && svg.contains(sentence), "{said}");
+    assert_eq!(json["strategies"][0]["exact"], true);
+    for key in ["efficiency", "to_reach", "slope_over_time"] {
+        assert!(json["strategies"][0][key].is_null(), "{key}: {json}");
+    }
+    let (said, svg, json) = run("uniform,brdf,mis-two");
+    let row = said.lines().find(|line| line.starts_with("whole picture")).unwrap();
+    let cells: Vec<_> = row.split_whitespace().skip(3).collect();
+    assert!(cells.contains(&"exact") && cells.contains(&"1.00") && !cells.contains(&"-"), "{said}");
+    assert!(said.contains("\nbrdf: exact, but for rounding") && !svg.contains(sentence), "{said}");
+    for part in json["equal_time"].as_array().unwrap() {
+        let over_best = |i: usize| part["rms_error_over_best"][i]["value"].as_f64().unwrap();
+        assert!(over_best(0) >= 1.0 && over_best(1) == 0.0 && over_best(2) >= 1.0, "{part}");
     }
 }
 
@@ -302,7 +396,10 @@ fn the_command_leaves_plot_table_and_sheet() {
         run("converge stamp.toml --strategy light --time 0.02 --seeds 2 --reference brdf --out out").0,
         Some(0)
     );
+    let (code, said, _) = run("converge stamp.toml --strategy light --spp 1 --seeds 2 --out out");
+    assert!(code == Some(0) && said.starts_with("2 samples a pixel: 1 has no standard error"), "{said}");
     for (words, why) in [
+        ("converge stamp.toml --reference blocks.json", "only `agree` compares"),
         ("converge stamp.toml --spp 4 --time 1", "--time"),
         ("converge stamp.toml --seeds 1", "--seeds"),
         ("converge stamp.toml --reference=-1", "makes no sense"),

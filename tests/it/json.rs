@@ -119,6 +119,9 @@ fn all_documents_follow_the_schema() {
     let scene = fs::read_to_string(data("cornell.toml")).unwrap();
     let scene = scene.replace("cornell_measured.obj", &data("cornell_measured.obj")).replace("256", "16");
     fs::write(folder.path().join("stamp.toml"), scene).unwrap();
+    for file in ["furnace.toml", "furnace.obj", "furnace.mtl", "white.hdr"] {
+        fs::copy(data(file), folder.path().join(file)).unwrap();
+    }
     let schema = Schema::load();
     for (kind, words, codes) in [
         (
@@ -134,6 +137,7 @@ fn all_documents_follow_the_schema() {
         ("plan", "plan stamp.toml", [0]),
         ("converge", "converge stamp.toml --strategy light,brdf --spp 8 --seeds 2", [0]),
         ("converge", "converge stamp.toml --strategy light --spp 2 --seeds 2 --reference 0.5", [0]),
+        ("converge", "converge furnace.toml --strategy uniform,brdf --spp 2 --seeds 2", [0]),
         ("agree", "agree stamp.toml --strategy light,brdf --spp 32 --allow-inconclusive", [0]),
         ("calibrate", "calibrate triangle/low-distortion --runs 8 --samples 2k --peeking 17k", [0]),
     ] {
