@@ -11,7 +11,9 @@ use super::power::{self, Power};
 use super::probe::Probe;
 use super::sequential::Bets;
 use super::settings::Settings;
-use super::{goodness, map, tally, weights};
+#[cfg(feature = "foreign")]
+use super::weights;
+use super::{goodness, map, tally};
 use crate::domain::Space;
 use std::time::{Duration, Instant};
 
@@ -74,6 +76,7 @@ pub struct Examination {
     pub phases: Vec<(&'static str, Duration)>,
     pub(super) painter: Painter,
     /// Of densities that came with the samples and are wrong: the mean of 1 / density over the measure and its error, where that is the same all over the domain.
+    #[cfg(feature = "foreign")]
     pub(crate) common_ratio: Option<(f64, f64)>,
 }
 
@@ -162,6 +165,7 @@ impl Examination {
             time: Duration::ZERO,
             phases: Vec::new(),
             painter: Box::new(move |height| blank(height.max(1))),
+            #[cfg(feature = "foreign")]
             common_ratio: None,
         }
     }
@@ -260,6 +264,7 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
     let checked = start.elapsed();
     let suspected = findings.iter().any(suspicious);
     let diagnosis = if settings.diagnose && suspected { diagnose(&case) } else { None };
+    #[cfg(feature = "foreign")]
     let common_ratio = if suspected && !probe.has_density() { weights::common_ratio(&case) } else { None };
     let history = history.judge(&expectation, &tally, bets.as_ref().map(Bets::ln_e));
     let edges = edges::probes(probe);
@@ -297,6 +302,7 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
         ],
         time: start.elapsed(),
         painter: map::painter(probe.space_for_keeps(), expectation.partition, cells, cell_of_leaf),
+        #[cfg(feature = "foreign")]
         common_ratio,
     }
 }

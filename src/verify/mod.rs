@@ -63,6 +63,7 @@ mod weights;
 
 pub use check::checks;
 pub use diagnosis::Diagnosis;
+#[cfg(feature = "foreign")]
 pub(crate) use diagnosis::{known_constant, known_to};
 pub use edges::EdgeProbe;
 pub use estimator::{Estimator, estimator};

@@ -807,7 +807,7 @@ fn overcast(precision: f64) {
     irradiances(precision, "potsdamer_platz_512.hdr", &AXES[1..2], &[BRDF]);
 }
 
-/// `cargo test --release --test it -- --ignored irradiance_along`: some minutes.
+/// `cargo test --release --test it -- --ignored irradiance_along`: half an hour, most of it the last line.
 #[test]
 #[ignore = "long: most samples go to a sun that is behind the surface"]
 fn irradiance_along_all_axes() {
