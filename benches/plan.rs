@@ -99,8 +99,11 @@ fn pass(c: &mut Criterion) {
     let mut ratios = Vec::new();
     for (name, strategy) in SCENES {
         let (scene, trees) = (load(name), load(name).with_rays(RayStructure::Tree));
-        let plan = Plan::of(&scene, &[strategy], LightSampling::default()).expect("lights");
-        let all = Lights::load(&scene).expect("lights");
+        let (plan_it, load_all) = (
+            || Plan::of(&scene, &[strategy], LightSampling::default()).expect("lights"),
+            || Lights::load(&scene).expect("lights"),
+        );
+        let (plan, all) = (plan_it(), load_all());
         let planned = Integrator::new(&scene, plan.lights(), strategy);
         let everything = Integrator::new(&trees, &all, strategy).with_all_lobes();
         for (what, integrator, scene, lights) in
@@ -120,15 +123,7 @@ fn pass(c: &mut Criterion) {
             least = least.min(of_pass(&planned, &scene, plan.lights()));
             most = most.min(of_pass(&everything, &trees, &all));
         }
-        let sampling = LightSampling::default();
-        let plans = milliseconds(|| Plan::of(&scene, &[strategy], sampling).expect("lights"));
-        ratios.push((
-            name,
-            strategy,
-            most / least,
-            plans,
-            milliseconds(|| Lights::load(&scene).expect("lights")),
-        ));
+        ratios.push((name, strategy, most / least, milliseconds(plan_it), milliseconds(load_all)));
     }
     group.finish();
     for (name, strategy, ratio, planned, everything) in ratios {

@@ -145,7 +145,7 @@ impl Truth {
     /// # Ok::<(), warpcheck::scene::Error>(())
     /// ```
     pub fn closed_form(scene: &Scene) -> Option<Self> {
-        let known = &scene.reference.as_ref()?.radiance;
+        let known = scene.reference.as_ref().map(|r| &r.radiance).filter(|known| !known.is_empty())?;
         let parts = regions_by_material(scene).into_iter();
         let parts: Vec<_> = parts
             .filter_map(|region| {

@@ -159,24 +159,27 @@ impl Measure {
 
     /// What a density per this measure is to be multiplied by to be one per the domain's own.
     pub fn factor(self, space: &dyn Space) -> MeasureFactor {
-        let directions = matches!(space.name(), "sphere" | "hemisphere");
-        let half_turns = if space.name() == "hemisphere" { 0.5 } else { 1.0 };
+        // A convention asks it of every sample: names are compared only where that matters.
+        let half_turns = || if space.name() == "hemisphere" { 0.5 } else { 1.0 };
         match self {
             Self::SolidAngle | Self::Area | Self::Length | Self::Mass => MeasureFactor::Same(1.0),
-            Self::ProjectedSolidAngle => MeasureFactor::Cosine { range: half_turns * PI },
-            Self::ThetaPhi => MeasureFactor::Sine { half_turns, scale: 1.0 },
-            Self::Uv if directions => {
-                MeasureFactor::Sine { half_turns, scale: 1.0 / (2.0 * PI * half_turns * PI) }
-            }
-            Self::Uv if space.name() == "triangle" => MeasureFactor::Same(0.5 / space.measure()),
-            Self::Uv => MeasureFactor::Same(1.0),
+            Self::ProjectedSolidAngle => MeasureFactor::Cosine { range: half_turns() * PI },
+            Self::ThetaPhi => MeasureFactor::Sine { half_turns: half_turns(), scale: 1.0 },
+            Self::Uv => match space.name() {
+                "sphere" | "hemisphere" => MeasureFactor::Sine {
+                    half_turns: half_turns(),
+                    scale: 1.0 / (2.0 * PI * half_turns() * PI),
+                },
+                "triangle" => MeasureFactor::Same(0.5 / space.measure()),
+                _ => MeasureFactor::Same(1.0),
+            },
             Self::RPhi => MeasureFactor::Radius,
             Self::Uniform => MeasureFactor::Same(1.0 / space.measure()),
         }
     }
 }
 
-/// What densities per a [`Measure`] are to be multiplied by, on a domain: looked up once, asked of every sample.
+/// What densities per a [`Measure`] are to be multiplied by, on a domain, asked of every place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MeasureFactor {
     /// The same everywhere.
@@ -270,12 +273,11 @@ impl<D: Coordinates> Convention<D> {
     /// Their density at a point, per the domain's own measure. Where the point is outside of the domain, as it is.
     #[inline]
     pub fn density(&self, point: &D::Point, theirs: f64) -> f64 {
-        if matches!(self.measure, Measure::SolidAngle | Measure::Area | Measure::Length | Measure::Mass)
-            || theirs == 0.0
-        {
+        let factor = self.measure.factor(&self.domain);
+        if theirs == 0.0 || factor == MeasureFactor::Same(1.0) {
             return theirs;
         }
-        self.domain.locate(point).map_or(theirs, |at| theirs * self.measure.factor(&self.domain).at(&at))
+        self.domain.locate(point).map_or(theirs, |at| theirs * factor.at(&at))
     }
 
     /// The same domain under every other convention that there is, in the order in which they are likely.

@@ -309,8 +309,8 @@ impl<D: Coordinates> Sampler for WithTable<'_, D> {
         self.table.density(point)
     }
 
-    fn density_range(&self, point: &D::Point) -> [f64; 2] {
-        self.table.range(point)
+    fn density_range(&self, point: &D::Point) -> Option<[f64; 2]> {
+        Some(self.table.range(point))
     }
 
     fn fill(&self, xi: &[f64], out: &mut [Option<Sample<D::Point>>]) {

@@ -18,9 +18,13 @@ fn inexact(found: &Convergence) -> impl Iterator<Item = &Curve> {
     found.curves.iter().filter(|curve| !curve.is_exact())
 }
 
-/// Those whose error is no rounding, and all of it known.
+/// Whether its error is no rounding, and all of it known.
+pub(super) fn is_compared(curve: &Curve) -> bool {
+    !curve.is_exact() && curve.sees_all()
+}
+
 fn compared(found: &Convergence) -> impl Iterator<Item = &Curve> {
-    inexact(found).filter(|curve| curve.sees_all())
+    found.curves.iter().filter(|curve| is_compared(curve))
 }
 
 /// The efficiency of the best of those that have an error, and can know it.
@@ -356,7 +360,7 @@ pub fn convergence_to_json(found: &Convergence, setup: Cost, reach: Option<f64>)
             })
         });
         let exact = c.is_exact();
-        let reached = reach.filter(|_| c.sees_all() && !exact).and_then(|e| c.to_reach(e)).map_or(
+        let reached = reach.filter(|_| is_compared(c)).and_then(|e| c.to_reach(e)).map_or(
             Value::Null,
             |(samples, seconds)| json!({ "rms_error": reach, "samples": samples, "cpu_seconds": seconds }),
         );

@@ -211,9 +211,9 @@ pub trait Sampler: Sync {
     }
 
     /// The least and the largest value that the density may have at `point`, where [`density`](Self::density) is a table that stands for one that nobody
-    /// knows better than its texels. What is asked point by point allows for it; counts don't.
-    fn density_range(&self, point: &PointOf<Self>) -> [f64; 2] {
-        [self.density(point); 2]
+    /// knows better than its texels; `None` where it is the density. What is asked point by point allows for it; counts don't.
+    fn density_range(&self, _point: &PointOf<Self>) -> Option<[f64; 2]> {
+        None
     }
 
     /// Where the density may jump, along the axes of the domain's chart. Helps quadrature; a wrong answer costs
@@ -312,7 +312,7 @@ impl<S: Sampler + ?Sized> Sampler for $pointer {
         (**self).is_slow()
     }
 
-    fn density_range(&self, point: &PointOf<Self>) -> [f64; 2] {
+    fn density_range(&self, point: &PointOf<Self>) -> Option<[f64; 2]> {
         (**self).density_range(point)
     }
 

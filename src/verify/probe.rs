@@ -272,12 +272,13 @@ impl<D: Domain> Probe for Subject<'_, D> {
 
     fn look(&self, xi: &[f64]) -> Option<Look> {
         let sample = self.sampler.sample(xi)?;
+        let asked = self.sampler.density(&sample.point);
         Some(Look {
             point: in_short(&sample.point),
             location: self.domain.locate(&sample.point).map_err(|why| why.0),
             density: sample.density,
-            asked: self.sampler.density(&sample.point),
-            range: self.sampler.density_range(&sample.point),
+            asked,
+            range: self.sampler.density_range(&sample.point).unwrap_or([asked; 2]),
         })
     }
 

@@ -383,7 +383,11 @@ fn furnace(precision: f64, strategies: &[Strategy]) {
     let scene = sky_scene(Vec3::Y, 64);
     let map = Environment::new(16, 8, vec![[1.0; 3]; 128], RowWarp::UniformCosTheta).unwrap();
     let lights = Lights::new(&scene, Some(map)).unwrap();
-    strategies.iter().for_each(|&strategy| known_to(precision, &scene, &lights, strategy, 0.5, 0.0));
+    for &strategy in strategies {
+        // Whose directions follow the cosine has no variance.
+        let precision = if strategy == BRDF { 1e-6 } else { precision };
+        known_to(precision, &scene, &lights, strategy, 0.5, 0.0);
+    }
 }
 
 /// A square of albedo 1/2 that faces `normal`, and whatever sky.

@@ -1,6 +1,6 @@
 //! Renders: strategies beside and over one another, their errors, how they converge, whether they agree, and what the scene needs.
 
-use super::super::convergence::{best_efficiency, over_best, ratio};
+use super::super::convergence::{best_efficiency, is_compared, over_best, ratio};
 use super::super::convergence_sheet::{AtEqualTime, root_mean_square, winner_map};
 use super::super::{accord, convergence_plot, convergence_table, region_ratios};
 use super::figure::Figure;
@@ -87,9 +87,8 @@ impl Page {
         let best = best_efficiency(found);
         let rows = found.curves.iter().filter_map(|curve| {
             let last = curve.last()?;
-            let has_law = curve.sees_all() && !curve.is_exact();
-            let slope = curve.slope_time.filter(|_| has_law);
-            let over = if has_law { best / curve.efficiency } else { f64::NAN };
+            let slope = curve.slope_time.filter(|_| is_compared(curve));
+            let over = if is_compared(curve) { best / curve.efficiency } else { f64::NAN };
             Some(Row::new([
                 Cell::new(curve.strategy.to_string()),
                 Cell::number(f64::from(last.passes), count(u64::from(last.passes))),

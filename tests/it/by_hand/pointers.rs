@@ -55,8 +55,8 @@ fn pointers_to_samplers_answer_like_them() {
         fn is_slow(&self) -> bool {
             true
         }
-        fn density_range(&self, x: &f64) -> [f64; 2] {
-            [*x, 2.0 * x]
+        fn density_range(&self, x: &f64) -> Option<[f64; 2]> {
+            Some([*x, 2.0 * x])
         }
         fn knots(&self) -> Knots {
             Knots::grid(2, 3)
@@ -64,7 +64,10 @@ fn pointers_to_samplers_answer_like_them() {
     }
     fn judge(sampler: impl Sampler<Domain = warpcheck::domain::Interval>) {
         assert_eq!((sampler.dimensions(), sampler.has_density(), sampler.is_slow()), (1, false, true));
-        assert_eq!((sampler.domain().measure(), sampler.density_range(&3.0)), (f64::INFINITY, [3.0, 6.0]));
+        assert_eq!(
+            (sampler.domain().measure(), sampler.density_range(&3.0)),
+            (f64::INFINITY, Some([3.0, 6.0]))
+        );
         assert_eq!(sampler.sample(&[0.25]), Some(Sample { point: 0.25, density: 2.0 }));
         assert_eq!(sampler.sample(&[0.75]), None);
         let (mut samples, mut points, mut densities) = ([None; 2], [None; 2], vec![1.0]);
@@ -171,7 +174,7 @@ fn what_samplers_do_unless_told() {
     warp.fill_points(&[0.25, 0.75, 0.0, 0.0], &mut points);
     assert_eq!(points, [Some(b), Some(DVec3::Z)]);
     assert!(warp.has_density() && !warp.is_slow());
-    assert_eq!(warp.density_range(&b), [0.5; 2]);
+    assert_eq!(warp.density_range(&b), None);
     assert_eq!((warp.left_over(&[0.5; 2]), warp.rivals(&b), warp.variate_knots(0)), (None, vec![], vec![]));
     assert_eq!((warp.knots(), warp.cell_mass(&patches(0..1))), (Knots::default(), None));
     // Three variates for two axes have no inverse of their own.
