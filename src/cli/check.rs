@@ -10,17 +10,18 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
-use warpcheck::domain::{Domain, Space};
+use warpcheck::domain::Space;
 use warpcheck::foreign::{
-    AGAIN, Columns, Convention, Coordinates, DomainName, Frame, Given, Keeping, Measure, Place, Program,
-    ProgramRows, Samples, Started, Table, WithTable, of_densities, of_program, of_samples, read_array,
-    read_to_nothing,
+    AGAIN, Columns, Convention, Coordinates, DomainName, Frame, Given, Keeping, Layout, Measure, Place,
+    Program, ProgramRows, Samples, Started, Table, WithTable, of_densities, of_program, of_samples,
+    read_array, read_to_nothing,
 };
 use warpcheck::picture::{Compression, write_atomically, write_planes, write_png};
 use warpcheck::report;
 use warpcheck::sampler::{Sampler, luminance};
 use warpcheck::verify::{
-    Against, Diagnosis, Examination, Recording, Report, Settings, Verdict, compare_recordings, recording,
+    Against, Batch, Diagnosis, Examination, Recording, Report, Rows, Settings, Verdict, compare_recordings,
+    recording, recording_of_batches,
 };
 
 #[derive(Args)]
@@ -372,8 +373,8 @@ fn samples<D: Coordinates>(
         let place = self::place(Some(file));
         let others = Samples::open(&place, arguments.columns.as_ref(), &convention)?;
         let (mine, theirs) = (layout, others.layout().clone());
-        let first = recorded(&convention, read, |row| mine.row(&convention, row))?.name(name(arguments));
-        let second = recorded(&convention, others, |row| theirs.row(&convention, row))?.name(place.name());
+        let first = recorded(&convention, read, &mine)?.name(name(arguments));
+        let second = recorded(&convention, others, &theirs)?.name(place.name());
         return compare_recordings(&first, &second, settings).map_err(plain);
     }
     if given.is_none() && !layout.has_density() {
@@ -392,13 +393,16 @@ fn samples<D: Coordinates>(
         _ => {}
     }
     let (rows, kept) = Keeping::new(read, AGAIN);
-    let mut record = recorded(&convention, rows, |row| layout.row(&convention, row))?
+    let mut record = recorded(&convention, rows, &layout)?
         .name(name(arguments))
         .partial(arguments.partial)
         .integral(arguments.integral);
     let table = given.as_ref().map(|(table, _)| table);
     if let Some(table) = table {
-        record = record.knots(table.knots()).density_of_places(|places, out| table.at_many(places, out));
+        record = record
+            .knots(table.knots())
+            .density_of_places(|places, out| table.at_many(places, out))
+            .positive_over(|cell| table.is_positive_over(cell));
     }
     let (mut examination, fails) = judged(record.examine(settings).map_err(plain)?, settings)?;
     if fails {
@@ -420,11 +424,14 @@ fn samples<D: Coordinates>(
 }
 
 fn recorded<'a, D: Coordinates>(
-    convention: &Convention<D>,
-    rows: impl warpcheck::verify::Rows + 'a,
-    row: impl Fn(&[f64]) -> warpcheck::verify::Row<<D as Domain>::Point> + Send + Sync + 'a,
+    convention: &'a Convention<D>,
+    rows: impl Rows + 'a,
+    layout: &'a Layout,
 ) -> Result<Recording<'a, D>> {
-    recording(convention.domain.clone(), rows, row).map_err(plain)
+    let width = rows.width();
+    let batch =
+        move |numbers: &[f64], out: &mut Batch<D::Point>| layout.batch(convention, numbers, width, out);
+    recording_of_batches(convention.domain.clone(), rows, batch).map_err(plain)
 }
 
 fn plain(error: warpcheck::verify::RowsError) -> anyhow::Error {
@@ -454,8 +461,10 @@ fn program<D: Coordinates>(
         let others = Samples::open(&place, arguments.columns.as_ref(), &convention)?;
         let theirs = others.layout().clone();
         let rows = ProgramRows::new(&program, settings.samples, settings.seed);
-        let first = recorded(&convention, rows, |row| ProgramRows::row(&convention.domain, row))?.name(name);
-        let second = recorded(&convention, others, |row| theirs.row(&convention, row))?.name(place.name());
+        let first =
+            recording(convention.domain.clone(), rows, |row| ProgramRows::row(&convention.domain, row));
+        let first = first.map_err(plain)?.name(name);
+        let second = recorded(&convention, others, &theirs)?.name(place.name());
         let examination = compare_recordings(&first, &second, settings).map_err(plain)?;
         program.finish()?;
         return Ok(examination);

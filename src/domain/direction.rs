@@ -42,11 +42,11 @@ fn angles(w: DVec3) -> Result<(f64, f64), Outside> {
     Ok((w.truncate().length().atan2(w.z), if phi < 0.0 { phi + TAU } else { phi }))
 }
 
-/// Where directions lie on a chart whose theta ends at `range`; those that `inside` does not take are left to `locate`, to say why.
+/// Where directions lie on a chart whose theta ends at `range`; those that `inside` does not take are left to `locate`, which may know better.
 fn locate_directions(
     points: &[DVec3],
     range: f64,
-    out: &mut Vec<Result<Location, Outside>>,
+    out: &mut Vec<Option<Location>>,
     inside: impl Fn(DVec3) -> bool,
     locate: impl Fn(&DVec3) -> Result<Location, Outside>,
 ) {
@@ -59,16 +59,50 @@ fn locate_directions(
         for i in 0..LANES {
             r[i] = (x[i] * x[i] + y[i] * y[i]).sqrt();
         }
-        let (theta, phi) = (turns::angles(&r, &z), turns::angles(&y, &x));
+        let (mut theta, mut phi) = (turns::angles(&r, &z), turns::angles(&y, &x));
+        for i in 0..LANES {
+            let down = theta[i] / range;
+            (theta[i], phi[i]) = (if down < 1.0 { down } else { 1.0 }, phi[i] / TAU);
+        }
         out.extend(some.iter().enumerate().map(|(i, w)| {
             if is_unit(*w) && inside(*w) {
-                Ok(Location { patch: 0, at: [(theta[i] / range).min(1.0), phi[i] / TAU] })
+                Some(Location { patch: 0, at: [theta[i], phi[i]] })
             } else {
-                locate(w)
+                locate(w).ok()
             }
         }));
     }
 }
+
+/// The same to within [`ROUGHLY`]; NaN unless `inside`.
+fn locate_directions_roughly(
+    points: &[DVec3],
+    range: f64,
+    out: &mut Vec<[f32; 2]>,
+    inside: impl Fn(f32) -> bool,
+) {
+    const LANES: usize = 8;
+    let turns_in_range = (TAU / range) as f32;
+    for some in points.chunks(LANES) {
+        let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for (i, w) in some.iter().enumerate() {
+            (x[i], y[i], z[i]) = (w.x as f32, w.y as f32, w.z as f32);
+        }
+        let (mut down, mut around) = ([0.0; LANES], [0.0; LANES]);
+        for i in 0..LANES {
+            let square = x[i] * x[i] + y[i] * y[i];
+            // Who is nearly as long as a direction may be is looked at closely.
+            let is_unit = (square + z[i] * z[i] - 1.0).abs() <= TOLERANCE as f32;
+            down[i] = turns::about(square.sqrt(), z[i]) * turns_in_range;
+            around[i] = if is_unit & inside(z[i]) { turns::about(y[i], x[i]) } else { f32::NAN };
+        }
+        out.extend((0..some.len()).map(|i| [down[i], around[i]]));
+    }
+}
+
+/// How far a rough place may be off: the error of turns, times the four quarters of a turn that the shortest axis of a chart may be, and what rounding
+/// a direction to `f32` turns it by.
+const ROUGHLY: f32 = 4.0 * (turns::ABOUT as f32 + 1e-7);
 
 /// Solid angle of a cell: (cos a - cos b) times the width in phi, without cancellation.
 fn solid_angle(cell: &Cell, theta_range: f64) -> f64 {
@@ -254,8 +288,13 @@ impl Domain for Sphere {
         Ok(Location { patch: 0, at: [theta / PI, phi / TAU] })
     }
 
-    fn locate_many(&self, points: &[DVec3], out: &mut Vec<Result<Location, Outside>>) {
+    fn locate_many(&self, points: &[DVec3], out: &mut Vec<Option<Location>>) {
         locate_directions(points, PI, out, |_| true, |w| self.locate(w));
+    }
+
+    fn locate_roughly(&self, points: &[DVec3], out: &mut Vec<[f32; 2]>) -> f32 {
+        locate_directions_roughly(points, PI, out, |_| true);
+        ROUGHLY
     }
 
     /// Without angles: their inverse trigonometric functions would cost more than most samplers.
@@ -399,8 +438,13 @@ impl Domain for Hemisphere {
         Ok(Location { patch: 0, at: [(theta / FRAC_PI_2).min(1.0), phi / TAU] })
     }
 
-    fn locate_many(&self, points: &[DVec3], out: &mut Vec<Result<Location, Outside>>) {
+    fn locate_many(&self, points: &[DVec3], out: &mut Vec<Option<Location>>) {
         locate_directions(points, FRAC_PI_2, out, |w| w.z >= -TOLERANCE, |w| self.locate(w));
+    }
+
+    fn locate_roughly(&self, points: &[DVec3], out: &mut Vec<[f32; 2]>) -> f32 {
+        locate_directions_roughly(points, FRAC_PI_2, out, |z| z >= 0.0);
+        ROUGHLY
     }
 
     fn neighbours(&self, w: &DVec3, epsilon: f64) -> Vec<DVec3> {
@@ -432,8 +476,8 @@ mod tests {
         domain.locate_many(points, &mut many);
         assert_eq!(many.len(), points.len());
         for (w, many) in points.iter().zip(many) {
-            match (domain.locate(w), many) {
-                (Ok(one), Ok(many)) => {
+            match (domain.locate(w).ok(), many) {
+                (Some(one), Some(many)) => {
                     for (a, b) in one.at.into_iter().zip(many.at) {
                         assert!((a - b).abs() <= 4e-16 * a, "{w}: {a} {b}");
                         assert!((0.0..=1.0).contains(&b), "{w}: {b}");
@@ -442,6 +486,30 @@ mod tests {
                 (one, many) => assert_eq!(one, many, "{w}"),
             }
         }
+    }
+
+    #[test]
+    fn rough_places_are_near() {
+        fn near(domain: &impl Domain<Point = DVec3>, points: &[DVec3]) {
+            let mut rough = Vec::new();
+            let error = domain.locate_roughly(points, &mut rough);
+            assert_eq!(rough.len(), points.len());
+            for (w, at) in points.iter().zip(rough).filter(|(_, at)| !at[1].is_nan()) {
+                let exact = domain.locate(w).unwrap().at;
+                let off = [0, 1].map(|axis| (f64::from(at[axis]) - exact[axis]).abs());
+                assert!(off.iter().all(|off| *off <= f64::from(error)), "{w}: {at:?}");
+            }
+            let mut none = Vec::new();
+            domain.locate_roughly(&[DVec3::NAN, DVec3::splat(1.0), DVec3::ZERO, DVec3::INFINITY], &mut none);
+            assert!(none.iter().all(|at| at[1].is_nan()), "{none:?}");
+        }
+        let points = directions();
+        near(&Sphere, &points);
+        near(&Sphere, &points[3..]);
+        near(&Hemisphere, &points);
+        let mut below = Vec::new();
+        Hemisphere.locate_roughly(&[-DVec3::Z], &mut below);
+        assert!(below[0][1].is_nan());
     }
 
     #[test]

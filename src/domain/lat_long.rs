@@ -29,8 +29,8 @@ impl LatLong {
     #[inline]
     pub(crate) fn texel_of(&self, w: DVec3) -> (usize, usize, f64) {
         let sine = (w.x * w.x + w.y * w.y).sqrt();
-        let row = find(&self.rows, 2.0 * turns::about(sine, w.z), DVec2::new(w.z, sine));
-        let column = find(&self.columns, turns::about(w.y, w.x), DVec2::new(w.x, w.y));
+        let row = find(&self.rows, 2.0 * turns::about(sine as f32, w.z as f32), DVec2::new(w.z, sine));
+        let column = find(&self.columns, turns::about(w.y as f32, w.x as f32), DVec2::new(w.x, w.y));
         (column, row, sine)
     }
 
@@ -41,10 +41,10 @@ impl LatLong {
 
 /// The interval between edges that a vector lies in, at about `share` of them.
 #[inline]
-fn find(edges: &[DVec2], share: f64, v: DVec2) -> usize {
+fn find(edges: &[DVec2], share: f32, v: DVec2) -> usize {
     let count = edges.len() - 1;
     // Nobody's guess for NaN: the first.
-    let mut k = ((share * count as f64) as u32 as usize).min(count - 1);
+    let mut k = ((share * count as f32) as u32 as usize).min(count - 1);
     let passed = |edge: DVec2| edge.perp_dot(v) >= 0.0;
     // The first and the last edge are no matter of sides: for columns they are the same.
     while k > 0 && !passed(edges[k]) {

@@ -25,8 +25,8 @@ pub use discrete::Discrete;
 pub use flat::{Disk, Interval, Square};
 pub(crate) use lat_long::LatLong;
 pub use mistake::{Confusion, Factor, Keeps};
-pub(crate) use partition::nearest;
 pub use partition::{Cell, Groups, Knots, Partition};
+pub(crate) use partition::{Squares, nearest};
 pub use pixels::Pixels;
 pub use quadrature::{ChartDensity, Integral, Integrator, integrate_at_random};
 pub use surface::{MeshSurface, SurfacePoint, Triangle};
@@ -189,10 +189,20 @@ pub trait Domain: Space + Clone {
     /// Says why where the point is not in the domain: not finite, not of unit length, outside.
     fn locate(&self, point: &Self::Point) -> Result<Location, Outside>;
 
-    /// [`locate`](Self::locate) for many points, whose places are appended to `out`: the same to a few roundings of the chart coordinates, and quicker where
-    /// several fit into a vector register.
-    fn locate_many(&self, points: &[Self::Point], out: &mut Vec<Result<Location, Outside>>) {
-        out.extend(points.iter().map(|point| self.locate(point)));
+    /// [`locate`](Self::locate) for many points, whose places are appended to `out`, `None` for one that is not in the domain: the same to a few roundings
+    /// of the chart coordinates, and quicker where several fit into a vector register.
+    fn locate_many(&self, points: &[Self::Point], out: &mut Vec<Option<Location>>) {
+        out.extend(points.iter().map(|point| self.locate(point).ok()));
+    }
+
+    /// The chart coordinates of many points of a domain of one patch, appended to `out`, to within the error that is returned, and the quicker for it; NaN of points
+    /// that [`locate`](Self::locate) may not take.
+    fn locate_roughly(&self, points: &[Self::Point], out: &mut Vec<[f32; 2]>) -> f32 {
+        let mut places = Vec::with_capacity(points.len());
+        self.locate_many(points, &mut places);
+        let rough = |place: &Location| place.at.map(|x| x as f32);
+        out.extend(places.iter().map(|place| place.as_ref().map_or([f32::NAN; 2], rough)));
+        0.5 * f32::EPSILON
     }
 
     /// The pixel of the domain's picture that a point falls into; `None` for an atom, which has no place there.

@@ -51,6 +51,12 @@ impl Knots {
         Self { axes: [ticks(rows), ticks(columns)] }
     }
 
+    /// Rows and columns, if they are the lines of a [grid](Self::grid).
+    fn even_grid(&self) -> Option<[usize; 2]> {
+        let counts = [0, 1].map(|axis| self.axes[axis].len() + 1);
+        (*self == Self::grid(counts[0], counts[1])).then_some(counts)
+    }
+
     /// Those strictly between `low` and `high`.
     pub(super) fn between(&self, axis: usize, low: f64, high: f64) -> &[f64] {
         let knots = &self.axes[axis];
@@ -105,8 +111,11 @@ fn coordinates(location: &Location) -> [f64; 4] {
 #[derive(Clone, Debug)]
 struct Guide {
     nodes: Vec<u32>,
-    /// Squares along each axis, powers of two, so that which square a coordinate lies in is no matter of rounding.
+    /// Squares along each axis.
     sides: [u32; 2],
+    /// The borders between squares, where these are no powers of two, so that in which square a coordinate lies is a matter of rounding; beyond the
+    /// ends there is nothing.
+    borders: [Vec<f64>; 2],
 }
 
 /// Patches up to which each is given where to begin.
@@ -114,18 +123,79 @@ const GUIDED_PATCHES: usize = 1 << 20;
 /// Squares, at most, and for each leaf; they cost little and spare a peak's samples nothing, all others nearly the whole way down.
 const SQUARES: usize = 1 << 17;
 const SQUARES_PER_LEAF: usize = 4;
+/// Texels up to which there is a square for each: cells keep to the lines between them, so that hardly a search goes on from there.
+const TEXELS: usize = 1 << 18;
 
 impl Guide {
+    fn new(sides: [u32; 2]) -> Self {
+        let borders = sides.map(|side| {
+            let border = |k: u32| match k {
+                0 => f64::NEG_INFINITY,
+                _ if k == side => f64::INFINITY,
+                _ => f64::from(k) / f64::from(side),
+            };
+            if side.is_power_of_two() { Vec::new() } else { (0..=side).map(border).collect() }
+        });
+        Self { nodes: vec![0; sides[0] as usize * sides[1] as usize], sides, borders }
+    }
+
     #[inline]
     fn start(&self, location: &Location) -> usize {
         let along = |axis: usize| {
-            let side = self.sides[axis];
+            let (x, side, borders) = (location.at[axis], self.sides[axis], &self.borders[axis]);
             // 1 itself lies in the last square.
-            ((location.at[axis] * f64::from(side)) as i64 as usize).min(side as usize - 1)
+            let square = ((x * f64::from(side)) as i64 as usize).min(side as usize - 1);
+            if borders.is_empty() {
+                return square;
+            }
+            square + usize::from(x >= borders[square + 1]) - usize::from(x < borders[square])
         };
         let square =
             if self.sides == [1, 1] { location.patch } else { along(0) * self.sides[1] as usize + along(1) };
         self.nodes[square] as usize
+    }
+}
+
+/// Where no square can be named.
+pub(crate) const NO_SQUARE: u32 = u32::MAX;
+
+/// Squares that each lie in one leaf: for most places no more has to be known than their square.
+#[derive(Clone, Debug)]
+pub(crate) struct Squares {
+    /// Squares along each axis.
+    pub sides: [usize; 2],
+    /// The leaf of each, row after row along the second axis; `None` if it is cut.
+    pub leaves: Vec<Option<usize>>,
+}
+
+impl Squares {
+    /// The squares along both axes that places known to within `error` lie in; [`NO_SQUARE`] along the first where that leaves a doubt.
+    pub fn find(&self, places: &[[f32; 2]], error: f32, out: &mut Vec<[u32; 2]>) {
+        const LANES: usize = 8;
+        // Adding 1.5 2^23 rounds to an integer and leaves it in the lower bits.
+        const ROUND: f32 = 12_582_912.0;
+        const BITS: u32 = (1 << 22) - 1;
+        out.clear();
+        let sides = self.sides.map(|side| side as f32);
+        // What is cut into one has no borders. Products and sums are rounded too.
+        let reach = sides.map(|side| match side {
+            1.0 => f32::INFINITY,
+            side => 0.5 - (error + 2.0 * f32::EPSILON) * side,
+        });
+        for some in places.chunks(LANES) {
+            let (mut a, mut b) = ([f32::NAN; LANES], [f32::NAN; LANES]);
+            for (i, at) in some.iter().enumerate() {
+                (a[i], b[i]) = (at[0], at[1]);
+            }
+            let mut squares = [[0; 2]; LANES];
+            for i in 0..LANES {
+                let (s, t) = (a[i] * sides[0] - 0.5, b[i] * sides[1] - 0.5);
+                let (k, l) = (s + ROUND, t + ROUND);
+                let is_sure = ((s - (k - ROUND)).abs() < reach[0]) & ((t - (l - ROUND)).abs() < reach[1]);
+                squares[i] = [if is_sure { k.to_bits() & BITS } else { NO_SQUARE }, l.to_bits() & BITS];
+            }
+            out.extend_from_slice(&squares[..some.len()]);
+        }
     }
 }
 
@@ -155,7 +225,7 @@ impl Partition {
     /// Cuts `domain` so that each leaf holds at most `per_leaf` of the pilots, as far as atoms allow.
     pub fn from_pilots(space: &dyn Space, pilots: Vec<Location>, knots: &Knots, per_leaf: usize) -> Self {
         let mut whole = Self::within(space, Cell::whole(space), pilots, knots, per_leaf);
-        whole.guide = Some(whole.guide_of(space));
+        whole.guide = Some(whole.guide_of(space, knots));
         whole
     }
 
@@ -185,21 +255,43 @@ impl Partition {
     }
 
     /// Finds where each search may begin.
-    fn guide_of(&self, space: &dyn Space) -> Guide {
+    fn guide_of(&self, space: &dyn Space, knots: &Knots) -> Guide {
         if space.patches() > 1 {
             let patches = space.patches().min(GUIDED_PATCHES);
             let nodes = (0..patches).map(|patch| self.topmost_of_patch(patch)).collect();
-            return Guide { nodes, sides: [1; 2] };
+            return Guide { nodes, ..Guide::new([1; 2]) };
         }
-        let along = (SQUARES_PER_LEAF * self.leaves.len()).min(SQUARES).next_power_of_two().ilog2();
-        let bits = match space.axes() {
-            0 => [0, 0],
-            1 => [along, 0],
-            _ => [along / 2, along - along / 2],
+        let squares = (SQUARES_PER_LEAF * self.leaves.len()).min(SQUARES).next_power_of_two();
+        let bits = squares.ilog2();
+        let mut sides = match space.axes() {
+            0 => [1, 1],
+            1 => [1 << bits, 1],
+            _ => [1 << (bits / 2), 1 << (bits - bits / 2)],
         };
-        let mut guide = Guide { nodes: vec![0; 1 << (bits[0] + bits[1])], sides: bits.map(|bits| 1 << bits) };
-        self.guide_squares(&mut guide, 0, [0; 2], bits);
+        if let Some(texels) = knots.even_grid().filter(|[a, b]| a * b <= TEXELS && a * b > 1) {
+            sides = texels.map(|n| n as u32);
+            while 2 * sides[0] as usize * sides[1] as usize <= squares {
+                // Along the axis of longer squares; an axis without texels has no length.
+                let axis = usize::from(space.axes() > 1 && sides[1] < sides[0]);
+                sides[axis] *= 2;
+            }
+        }
+        let mut guide = Guide::new(sides);
+        self.guide_squares(&mut guide, 0, [0; 2], sides.map(|side| side as usize));
         guide
+    }
+
+    /// The squares of a domain of one patch and the leaves that they lie in.
+    pub(crate) fn squares(&self) -> Option<Squares> {
+        let guide = self.guide.as_ref().filter(|guide| guide.sides != [1, 1])?;
+        let leaf = |&node: &u32| {
+            let node = &self.nodes[node as usize];
+            node.children.is_none().then_some(node.leaves.start)
+        };
+        Some(Squares {
+            sides: guide.sides.map(|side| side as usize),
+            leaves: guide.nodes.iter().map(leaf).collect(),
+        })
     }
 
     /// The lowest node that holds all of a patch, if it is cut by patches down to there.
@@ -211,13 +303,13 @@ impl Partition {
         node as u32
     }
 
-    /// Notes the lowest node that holds each square of the block of 2^`bits` squares from `first` on, all of which `node` holds.
-    fn guide_squares(&self, guide: &mut Guide, mut node: usize, first: [usize; 2], bits: [u32; 2]) {
+    /// Notes the lowest node that holds each square of the block of so many squares from `first` on, all of which `node` holds.
+    fn guide_squares(&self, guide: &mut Guide, mut node: usize, first: [usize; 2], count: [usize; 2]) {
         let sides = guide.sides;
         while let Some(left) = self.nodes[node].children {
             let (axis, threshold) = (self.nodes[node].axis - 1, self.nodes[node].threshold);
             let [low, high] =
-                [first[axis], first[axis] + (1 << bits[axis])].map(|k| k as f64 / f64::from(sides[axis]));
+                [first[axis], first[axis] + count[axis]].map(|k| k as f64 / f64::from(sides[axis]));
             if high <= threshold {
                 node = left;
             } else if low >= threshold {
@@ -226,19 +318,20 @@ impl Partition {
                 break;
             }
         }
-        let longer = usize::from(bits[1] > bits[0]);
-        if self.nodes[node].children.is_none() || bits == [0, 0] {
-            for a in first[0]..first[0] + (1 << bits[0]) {
+        let longer = usize::from(count[1] > count[0]);
+        if self.nodes[node].children.is_none() || count == [1, 1] {
+            for a in first[0]..first[0] + count[0] {
                 let row = a * sides[1] as usize + first[1];
-                guide.nodes[row..row + (1 << bits[1])].fill(node as u32);
+                guide.nodes[row..row + count[1]].fill(node as u32);
             }
             return;
         }
-        let (mut half, mut second) = (bits, first);
-        half[longer] -= 1;
-        second[longer] += 1 << half[longer];
+        let (mut half, mut second, mut rest) = (count, first, count);
+        half[longer] /= 2;
+        second[longer] += half[longer];
+        rest[longer] -= half[longer];
         self.guide_squares(guide, node, first, half);
-        self.guide_squares(guide, node, second, half);
+        self.guide_squares(guide, node, second, rest);
     }
 
     fn grow(
@@ -559,13 +652,25 @@ mod tests {
         let triangles =
             |i: usize| Location { patch: i % 37, at: [(i as f64 * 0.61) % 1.0, (i as f64 * 0.37) % 1.0] };
         let ring = Discrete::new(40);
-        let cases: [(&dyn Space, Vec<Location>); 3] = [
-            (&Square, (0..4000).map(peaked).collect()),
-            (&crate::domain::Sphere, (0..4000).map(peaked).collect()),
-            (&ring, (0..4000).map(triangles).collect()),
+        let on_a_line = |i: usize| Location { at: [peaked(i).at[0], 0.0], ..peaked(i) };
+        let line = crate::domain::Interval::new(0.0, 1.0);
+        let cases: [(&dyn Space, Vec<Location>, Knots); 8] = [
+            (&Square, (0..4000).map(peaked).collect(), Knots::default()),
+            (&Square, (0..4000).map(peaked).collect(), Knots::grid(3, 7)),
+            (&Square, (0..4000).map(peaked).collect(), Knots::grid(200, 49)),
+            (&Square, (0..4000).map(peaked).collect(), Knots::grid(1, 1000)),
+            (&crate::domain::Sphere, (0..4000).map(peaked).collect(), Knots::default()),
+            (&crate::domain::Sphere, (0..4000).map(peaked).collect(), Knots::grid(64, 128)),
+            (&line, (0..4000).map(on_a_line).collect(), Knots::grid(300, 1)),
+            (&ring, (0..4000).map(triangles).collect(), Knots::default()),
         ];
-        for (space, mut places) in cases {
-            let partition = Partition::from_pilots(space, places.clone(), &Knots::default(), 4);
+        for (space, mut places, knots) in cases {
+            let partition = Partition::from_pilots(space, places.clone(), &knots, 4);
+            // On the lines and a rounding beside them.
+            let beside = |x: &f64| [x * (1.0 - f64::EPSILON), *x, x * (1.0 + f64::EPSILON)];
+            let along = |axis: usize| knots.axes[axis].iter().flat_map(beside).collect::<Vec<_>>();
+            places.extend(along(0).iter().map(|&x| Location { patch: 0, at: [x, 0.0] }));
+            places.extend(along(1).iter().map(|&y| Location { patch: 0, at: [0.75, y] }));
             places.extend(
                 [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.5, 0.5], [0.25, 1.0 - 1e-16]]
                     .map(|at| Location { patch: 0, at }),
@@ -582,6 +687,57 @@ mod tests {
             partition.leaves_of(places.iter(), &mut all);
             assert!(places.iter().zip(all).all(|(place, leaf)| partition.leaf_of(place) == leaf));
         }
+    }
+
+    /// Squares are named where a place is sure to be in them, and lie in the leaf that all of their places lie in.
+    #[test]
+    fn squares_of_rough_places() {
+        let pilots: Vec<Location> = (0..4000)
+            .map(|i| Location { patch: 0, at: [(i as f64 / 4e3).powi(3), (i as f64 * 0.381_966) % 1.0] })
+            .collect();
+        for knots in [Knots::default(), Knots::grid(20, 30), Knots::grid(200, 300)] {
+            let partition = Partition::from_pilots(&Square, pilots.clone(), &knots, 4);
+            let squares = partition.squares().unwrap();
+            let [rows, columns] = squares.sides;
+            let (error, mut found, mut sure) = (1e-5_f32, Vec::new(), 0);
+            // As far off as they may be, to all sides.
+            let mut places: Vec<[f64; 2]> = pilots.iter().map(|p| p.at).collect();
+            places.extend([[1.0, 0.5], [0.5, 1.0], [0.0; 2]]);
+            let off = |i: usize, x: f64, bit: usize| (x + if i & bit == 0 { 9e-6 } else { -9e-6 }) as f32;
+            let mut rough: Vec<[f32; 2]> =
+                places.iter().enumerate().map(|(i, at)| [off(i, at[0], 1), off(i, at[1], 2)]).collect();
+            rough.extend([[f32::NAN, 0.5], [0.5, f32::NAN], [1.1, 0.3], [-1e-3, 0.2]]);
+            squares.find(&rough, error, &mut found);
+            assert_eq!(found.len(), rough.len());
+            let unknown = &found[places.len()..];
+            assert!(unknown.iter().all(|[row, _]| *row as usize >= rows), "{unknown:?}");
+            for (at, [row, column]) in places.iter().zip(found) {
+                let inside = |x: f64, n: usize| {
+                    let part = (x * n as f64).fract();
+                    part > 2.5e-5 * n as f64 && part < 1.0 - 2.5e-5 * n as f64
+                };
+                if row == NO_SQUARE {
+                    assert!(!(inside(at[0], rows) && inside(at[1], columns)), "{at:?}");
+                    continue;
+                }
+                let square = [(at[0] * rows as f64) as u32, (at[1] * columns as f64) as u32];
+                assert_eq!([row, column], square, "{at:?}");
+                if let Some(leaf) = squares.leaves[row as usize * columns + column as usize] {
+                    sure += 1;
+                    assert_eq!(partition.leaf_of(&Location { patch: 0, at: *at }), leaf);
+                }
+            }
+            assert!(sure > 500, "{sure}");
+        }
+        // Across a line there are no borders.
+        let line = crate::domain::Interval::new(0.0, 1.0);
+        let on_it = (0..400).map(|i| Location { patch: 0, at: [f64::from(i) / 400.0, 0.0] }).collect();
+        let squares = Partition::from_pilots(&line, on_it, &Knots::grid(10, 1), 40).squares().unwrap();
+        let mut found = Vec::new();
+        squares.find(&[[0.06, 0.0], [0.1, 0.0], [0.96, 0.0]], 1e-6, &mut found);
+        let side = squares.sides[0] as f32;
+        assert_eq!(found, [[(0.06 * side) as u32, 0], [NO_SQUARE, 0], [(0.96 * side) as u32, 0]]);
+        assert!(Partition::from_pilots(&Discrete::new(4), vec![], &Knots::default(), 4).squares().is_none());
     }
 
     #[test]

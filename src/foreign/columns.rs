@@ -1,8 +1,8 @@
 //! Which column of a row is what: coordinates of the point, the density, a weight or value, whether the sample was kept.
 
-use super::{Convention, Coordinates};
+use super::{Convention, Coordinates, Frame};
 use crate::spelling::meant;
-use crate::verify::Row;
+use crate::verify::{Batch, Row};
 use std::f64::consts::{PI, TAU};
 use std::fmt::{Display, Formatter};
 use std::str::FromStr;
@@ -414,5 +414,30 @@ impl Layout {
         };
         let kept = self.kept.is_none_or(|column| row[column] != 0.0);
         Row { point: kept.then_some(point), density, weight }
+    }
+
+    /// What some rows of `width` numbers say.
+    pub fn batch<D: Coordinates>(
+        &self,
+        convention: &Convention<D>,
+        rows: &[f64],
+        width: usize,
+        out: &mut Batch<D::Point>,
+    ) {
+        let rows = rows.chunks_exact(width);
+        // As they stand there, which is asked once and not of each row.
+        if let (Place::Run(columns), None, false) = (&self.place, self.kept, self.has_weight())
+            && convention.frame == Frame::Z_UP
+        {
+            let (first, start) = (columns[0], out.points.len());
+            out.points.extend(rows.clone().map(|row| convention.domain.point_of(&row[first..])));
+            if let Some(column) = self.density {
+                let points = &out.points[start..];
+                let densities = rows.zip(points).map(|(row, point)| convention.density(point, row[column]));
+                out.densities.extend(densities);
+            }
+            return;
+        }
+        rows.for_each(|row| out.push(self.row(convention, row)));
     }
 }

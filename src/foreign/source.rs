@@ -50,8 +50,10 @@ pub struct Samples {
     layout: Layout,
 }
 
-/// Rows that a thread hands over at once.
-const BLOCK: usize = 1 << 15;
+/// Rows that a thread hands over at once, and how many such blocks wait to be fetched: all of them fit into the cache, or each number would go through the
+/// memory once more.
+const BLOCK: usize = 1 << 12;
+const WAITING: usize = 16;
 
 impl Samples {
     /// Opens a file or pipe of samples of a domain: `.npy`, `.npz`, text, or bytes if `columns` say how numbers are written.
@@ -333,7 +335,7 @@ struct Ahead {
 impl Ahead {
     fn new(mut rows: Box<dyn Rows>, mut check: Check) -> Self {
         let (width, count) = (rows.width(), rows.count());
-        let (send, blocks) = sync_channel(16);
+        let (send, blocks) = sync_channel(WAITING);
         std::thread::spawn(move || {
             loop {
                 let mut block = Vec::with_capacity(BLOCK * width);

@@ -153,6 +153,22 @@ impl<D: Coordinates> Table<D> {
         }
     }
 
+    /// Whether the texels of a cell, and what rounding makes of its borders, are positive.
+    pub fn is_positive_over(&self, cell: &Cell) -> bool {
+        if self.domain.axes() == 0 {
+            return self.values[cell.patches.clone()].iter().all(|value| *value > 0.0);
+        }
+        let [down, across] = self.axes;
+        let range = |axis: usize, n: usize| {
+            let near = |x: f64| ((x * n as f64).max(0.0) as usize).min(n - 1);
+            near(cell.low[axis] - ROUNDING)..=near(cell.high[axis] + ROUNDING)
+        };
+        range(down, self.rows).all(|row| {
+            let texels = &self.values[row * self.columns..][..self.columns];
+            texels[range(across, self.columns)].iter().all(|value| *value > 0.0)
+        })
+    }
+
     #[inline]
     fn texel(&self, location: &Location) -> usize {
         if self.domain.axes() == 0 {
@@ -222,6 +238,9 @@ impl<D: Coordinates> Table<D> {
         grid(&self.domain, self.rows, self.columns)
     }
 }
+
+/// Of coordinates of a chart, more than enough.
+const ROUNDING: f64 = 1e-14;
 
 /// The axes of the chart that rows and columns run along.
 fn axes(space: &dyn Space) -> [usize; 2] {

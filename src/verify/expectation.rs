@@ -5,7 +5,9 @@
 //! and what even those may have missed is added to the error of the total. None of these samples are the ones that are judged.
 
 use super::probe::{Fate, Probe, each_pilot};
-use crate::domain::{Cell, Groups, Integral, Integrator, Location, Partition, Space, integrate_at_random};
+use crate::domain::{
+    Cell, Groups, Integral, Integrator, Location, Partition, Space, Squares, integrate_at_random,
+};
 use crate::random::{fill_unit, stream, unit_f64};
 use std::collections::HashMap;
 
@@ -46,6 +48,8 @@ pub(super) struct Expectation {
     pub scales: Vec<Groups>,
     /// What is tallied by few cells.
     pub coarse: Coarse,
+    /// Where most samples are known by their square alone.
+    pub quick: Option<Quick>,
     /// For each axis, lines across it and the mass below each.
     pub marginals: Vec<Marginal>,
     /// Where a mass that the sampler gave is not the integral of its density.
@@ -152,11 +156,12 @@ pub(super) struct Coarse {
     of_leaf: Vec<LeafNote>,
 }
 
-/// The cell of both coarse scales that a leaf lies in, and which marginals have a line that cuts it.
+/// The cell of both coarse scales that a leaf lies in, its class, and whether its density is positive all over.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LeafNote {
     cell: u16,
-    cut: u8,
+    class: u8,
+    is_positive: bool,
 }
 
 impl LeafNote {
@@ -165,25 +170,90 @@ impl LeafNote {
         usize::from(self.cell)
     }
 
+    /// The class that consecutive samples are tallied in: the cell of the coarsest scale, or behind them all that have none.
     #[inline]
-    pub fn is_cut_by(self, marginal: usize) -> bool {
-        self.cut & (1 << marginal) != 0
+    pub fn class(self) -> u8 {
+        self.class
+    }
+}
+
+/// What follows from the square that a sample lies in, where nothing else has to be known of it: neither a leaf nor a line of a marginal cuts the square,
+/// and its density is known to be positive.
+pub(super) struct Quick {
+    pub squares: Squares,
+    /// The leaf of each, small enough for the cache.
+    leaves: Vec<u16>,
+    /// For each marginal, the slab of each row or column of squares.
+    pub slabs: Vec<Vec<u8>>,
+}
+
+/// The leaf of a square of which more has to be known.
+pub(super) const UNKNOWN: u16 = u16::MAX;
+
+/// Share of the pilots that have to be known by their square, or it isn't worth to ask.
+const MOSTLY: f64 = 0.75;
+
+impl Quick {
+    fn new(
+        partition: &Partition,
+        coarse: &Coarse,
+        marginals: &[Marginal],
+        pilots: &[Location],
+    ) -> Option<Self> {
+        if coarse.of_leaf.len() >= usize::from(UNKNOWN) || !coarse.of_leaf.iter().any(|note| note.is_positive)
+        {
+            return None;
+        }
+        let squares = partition.squares()?;
+        let sides = squares.sides;
+        // Where a line cuts a row or column of squares there is no slab.
+        let slab = |marginal: &Marginal, k: usize| {
+            let [low, high] = [k, k + 1].map(|k| k as f64 / sides[marginal.axis] as f64);
+            let from = marginal.slab(low);
+            marginal.lines.get(from).is_none_or(|&line| line >= high).then_some(from as u8)
+        };
+        let slabs: Vec<Vec<Option<u8>>> =
+            marginals.iter().map(|m| (0..sides[m.axis]).map(|k| slab(m, k)).collect()).collect();
+        let leaf = |(square, leaf): (usize, &Option<usize>)| {
+            let at = [square / sides[1], square % sides[1]];
+            let is_cut = marginals.iter().zip(&slabs).any(|(m, slabs)| slabs[at[m.axis]].is_none());
+            leaf.filter(|&leaf| coarse.of_leaf[leaf].is_positive && !is_cut)
+                .map_or(UNKNOWN, |leaf| leaf as u16)
+        };
+        let leaves = squares.leaves.iter().enumerate().map(leaf).collect();
+        let slabs = slabs.into_iter().map(|slabs| slabs.into_iter().map(Option::unwrap_or_default).collect());
+        let quick = Self { slabs: slabs.collect(), leaves, squares };
+        let places: Vec<[f32; 2]> = pilots.iter().map(|p| p.at.map(|x| x as f32)).collect();
+        let mut found = Vec::new();
+        quick.squares.find(&places, 0.0, &mut found);
+        let known = found.iter().filter(|square| quick.leaf(**square) != UNKNOWN).count();
+        (known as f64 >= MOSTLY * pilots.len() as f64).then_some(quick)
+    }
+
+    /// The leaf of a square, or [`UNKNOWN`].
+    #[inline]
+    pub fn leaf(&self, [row, column]: [u32; 2]) -> u16 {
+        let columns = self.squares.sides[1];
+        let square =
+            if (column as usize) < columns { row as usize * columns + column as usize } else { usize::MAX };
+        self.leaves.get(square).copied().unwrap_or(UNKNOWN)
     }
 }
 
 impl Coarse {
-    fn new(scales: &[Groups], marginals: &[Marginal], leaves: usize) -> Self {
+    fn new(scales: &[Groups], leaves: &[Cell], is_positive: impl Fn(&Cell) -> bool) -> Self {
         let scales = scales[..scales.len().min(2)].to_vec();
         let mut cells = Vec::new();
         let mut number = HashMap::new();
-        let of_leaf = (0..leaves).map(|leaf| {
+        let rest = scales.first().map_or(0, |scale| scale.cells.len());
+        let of_leaf = leaves.iter().enumerate().map(|(leaf, of_domain)| {
             let both = [0, 1].map(|i| scales.get(i).and_then(|scale| scale.of_leaf[leaf]));
             let cell = *number.entry(both).or_insert_with(|| {
                 cells.push(both);
                 cells.len() as u16 - 1 // of a hundred or so
             });
-            let cut = (marginals.iter().enumerate()).map(|(i, m)| u8::from(m.cuts(leaf)) << i).sum();
-            LeafNote { cell, cut }
+            let class = both[0].unwrap_or(rest) as u8; // of a few dozen
+            LeafNote { cell, class, is_positive: is_positive(of_domain) }
         });
         let of_leaf = of_leaf.collect();
         Self { scales, cells, of_leaf }
@@ -196,38 +266,35 @@ impl Coarse {
 }
 
 /// The marginal distribution along one axis of the chart, at some lines across it.
-#[derive(Default)]
 pub(super) struct Marginal {
     pub axis: usize,
     pub lines: Vec<f64>,
     /// Mass below each line.
     pub below: Vec<Integral>,
-    /// For each leaf, how many lines lie below all of it and below some of it: its samples are compared with those between only.
-    pub near: Vec<(u32, u32)>,
+    /// For each of [`SLICES`] of the axis, how many lines lie at or below its lower end and below its upper one: a sample is compared with those between only.
+    near: Vec<(u8, u8)>,
 }
 
+/// A power of two, so that which slice a coordinate lies in is no matter of rounding.
+const SLICES: usize = 256;
+
 impl Marginal {
-    /// Whether a line cuts the leaf in two: only then does a sample's slab depend on more than its leaf.
-    pub fn cuts(&self, leaf: usize) -> bool {
-        let (below, above) = self.near[leaf];
-        below < above
+    fn new(axis: usize, lines: Vec<f64>, below: Vec<Integral>) -> Self {
+        let edge = |slice: usize| slice as f64 / SLICES as f64;
+        let near = |slice: usize| {
+            let from = lines.partition_point(|&line| line <= edge(slice));
+            let to = lines.partition_point(|&line| line < edge(slice + 1));
+            (from as u8, to as u8) // of twenty
+        };
+        Self { axis, below, near: (0..SLICES).map(near).collect(), lines }
     }
 
-    /// How many lines lie at or below `x`, which is in `leaf`.
+    /// How many lines lie at or below `x`.
     #[inline]
-    pub fn slab(&self, leaf: usize, x: f64) -> usize {
-        let (below, above) = self.near[leaf];
-        let crossing = &self.lines[below as usize..above as usize];
-        below as usize + crossing.iter().map(|&line| usize::from(line <= x)).sum::<usize>()
-    }
-
-    /// Samples between two lines, `cut` of them in leaves that a line cuts and the others from the counts of the leaves.
-    pub fn between(&self, cut: &[u64], per_leaf: &[u64]) -> Vec<u64> {
-        let mut counts = cut.to_vec();
-        for (leaf, &count) in per_leaf.iter().enumerate().filter(|(leaf, _)| !self.cuts(*leaf)) {
-            counts[self.near[leaf].0 as usize] += count;
-        }
-        counts
+    pub fn slab(&self, x: f64) -> usize {
+        let (from, to) = self.near[((x * SLICES as f64) as i64 as usize).min(SLICES - 1)];
+        let crossing = &self.lines[usize::from(from)..usize::from(to)];
+        usize::from(from) + crossing.iter().map(|&line| usize::from(line <= x)).sum::<usize>()
     }
 }
 
@@ -264,13 +331,14 @@ impl Expectation {
             weights.iter().enumerate().map(|(leaf, w)| Resolved::new(space, &partition, leaf, w)).collect();
         let unknown = Integral { value: f64::NAN, error: f64::NAN, ..Integral::default() };
         let scales = scales(&partition, &leaves, samples);
-        let coarse = Coarse::new(&scales, &[], leaves.len());
+        let coarse = Coarse::new(&scales, partition.leaves(), |_| false);
         Self {
             partition,
             leaves,
             total: unknown,
             scales,
             coarse,
+            quick: None,
             marginals: Vec::new(),
             contradiction: None,
             remainders: Vec::new(),
@@ -297,7 +365,7 @@ impl Expectation {
         let pilots = locations(probe, seed, "pilot", pilots as usize);
         let per_leaf = if space.axes() == 0 { 1 } else { PILOTS_PER_LEAF };
         let lines = lines(probe, &pilots);
-        let partition = Partition::from_pilots(space, pilots, knots, per_leaf);
+        let partition = Partition::from_pilots(space, pilots.clone(), knots, per_leaf);
         // An error t of all cells, at worst, adds n t^2 to the chi-square statistic: keep that well below its spread.
         let relative_tolerance = (0.5 / (samples as f64).sqrt()).clamp(1e-6, 1e-3);
         let integrator = Integrator { relative_tolerance, absolute_tolerance: 1e-9, max_evaluations: 20_000 };
@@ -331,16 +399,9 @@ impl Expectation {
         let marginals: Vec<Marginal> = lines
             .into_iter()
             .enumerate()
-            .map(|(axis, lines)| Marginal {
-                axis,
-                below: crate::parallel::map(lines.len(), |i| below(axis, lines[i])),
-                near: (partition.leaves().iter())
-                    .map(|cell| {
-                        let count = |x: f64| lines.partition_point(|&line| line <= x) as u32;
-                        (count(cell.low[axis]), count(cell.high[axis]))
-                    })
-                    .collect(),
-                lines,
+            .map(|(axis, lines)| {
+                let below = crate::parallel::map(lines.len(), |i| below(axis, lines[i]));
+                Marginal::new(axis, lines, below)
             })
             .collect();
         let mut remainders = Vec::new();
@@ -358,13 +419,15 @@ impl Expectation {
             }
         }
         let scales = scales(&partition, &leaves, samples);
-        let coarse = Coarse::new(&scales, &marginals, leaves.len());
+        let coarse = Coarse::new(&scales, partition.leaves(), |cell| probe.is_positive_over(cell));
+        let quick = Quick::new(&partition, &coarse, &marginals, &pilots);
         Self {
             partition,
             leaves,
             total,
             scales,
             coarse,
+            quick,
             marginals,
             contradiction,
             remainders,
@@ -752,35 +815,36 @@ mod tests {
         assert_eq!((part.squares(), part.square(&[0.0; 2])), (1, Some(0)));
     }
 
+    /// Lines at the ends of slices, several in one, and one in the last.
     #[test]
     fn samples_between_lines() {
-        let marginal = Marginal {
-            axis: 0,
-            lines: vec![0.1, 0.25, 0.4],
-            below: vec![],
-            // Leaves 0..0.25, 0.25..0.5, 0.5..1: lines that lie below all of it, and below some.
-            near: vec![(0, 2), (2, 3), (3, 3)],
-        };
-        assert_eq!([0, 1, 2].map(|leaf| marginal.cuts(leaf)), [true, true, false]);
-        assert_eq!([0.05, 0.1, 0.2, 0.25].map(|x| marginal.slab(0, x)), [0, 1, 1, 2]);
-        assert_eq!(([0.3, 0.4, 0.45].map(|x| marginal.slab(1, x)), marginal.slab(2, 0.01)), ([2, 3, 3], 3));
-        // Those of leaves that no line cuts are taken from the leaves.
-        assert_eq!(marginal.between(&[5, 6, 7, 8], &[100, 200, 300]), [5, 6, 7, 308]);
-        let both = [marginal, Marginal { near: vec![(0, 0), (0, 1), (1, 1)], ..Marginal::default() }];
+        let lines = vec![0.1, 0.1001, 0.25, 0.4, 0.999];
+        let marginal = Marginal::new(1, lines.clone(), vec![]);
+        let mut places = vec![0.0, 0.05, 0.1, 0.100_05, 0.2, 0.3, 0.9, 0.999_999];
+        places.extend(lines.iter().flat_map(|line| [line - 1e-16, *line, line + 1e-16]));
+        places.extend((0..=SLICES).map(|k| k as f64 / SLICES as f64));
+        for x in places.into_iter().filter(|x| *x <= 1.0) {
+            assert_eq!(marginal.slab(x), lines.iter().filter(|&&line| line <= x).count(), "{x}");
+        }
+    }
+
+    #[test]
+    fn cells_of_both_coarse_scales() {
         let groups = |of_leaf: [Option<usize>; 3], cells: usize| Groups {
             of_leaf: of_leaf.into(),
             cells: vec![Cell { patches: 0..1, low: [0.0; 2], high: [1.0; 2] }; cells],
         };
         let scales =
             [groups([Some(0), Some(0), None], 1), groups([Some(0), Some(1), None], 2), groups([None; 3], 0)];
-        let coarse = Coarse::new(&scales, &both, 3);
+        let leaf = |low: f64| Cell { patches: 0..1, low: [low, 0.0], high: [1.0; 2] };
+        let leaves = [leaf(0.0), leaf(0.1), leaf(0.2)];
+        let coarse = Coarse::new(&scales, &leaves, |cell| cell.low[0] == 0.1);
         assert_eq!(coarse.cells, [[Some(0), Some(0)], [Some(0), Some(1)], [None, None]]);
         assert_eq!(coarse.scales.len(), 2);
-        let notes = [0, 1, 2]
-            .map(|leaf| coarse.note(leaf))
-            .map(|note| (note.cell(), note.is_cut_by(0), note.is_cut_by(1)));
-        assert_eq!(notes, [(0, true, false), (1, true, true), (2, false, false)]);
-        let alike = Coarse::new(&scales[..1], &[], 3);
+        let notes = [0, 1, 2].map(|leaf| coarse.note(leaf));
+        let notes = notes.map(|note| (note.cell(), note.class(), note.is_positive));
+        assert_eq!(notes, [(0, 0, false), (1, 0, true), (2, 1, false)]);
+        let alike = Coarse::new(&scales[..1], &leaves, |_| true);
         assert_eq!((alike.cells.as_slice(), alike.note(1).cell()), (&[[Some(0), None], [None, None]][..], 0));
     }
 

@@ -54,7 +54,7 @@ impl Check for Marginals {
             findings.extend(kolmogorov_smirnov(self.name(), "Rosenblatt, KS", &counts, &masses, error, n));
             findings.extend(anderson(self.name(), "Rosenblatt, AD", &counts, &masses, error));
         }
-        for (marginal, cut) in expectation.marginals.iter().zip(&tally.between_lines) {
+        for (marginal, counts) in expectation.marginals.iter().zip(&tally.between_lines) {
             let mut error = error;
             let mut borders = vec![0.0];
             for below in &marginal.below {
@@ -66,8 +66,7 @@ impl Check for Marginals {
             masses.push(rejected);
             let scale: f64 = masses.iter().sum();
             masses.iter_mut().for_each(|m| *m /= scale);
-            let mut counts = marginal.between(cut, &tally.per_leaf);
-            counts.push(tally.rejected);
+            let counts = [counts.as_slice(), &[tally.rejected]].concat();
             let part = format!("axis {}, KS", marginal.axis);
             findings.extend(kolmogorov_smirnov(self.name(), &part, &counts, &masses, error, n));
         }

@@ -74,7 +74,9 @@ pub use history::Look;
 pub use map::{CellFigure, ResidualMap};
 pub use points::{PointsError, Samples};
 pub use power::Power;
-pub use recording::{Recording, Row, Rows, RowsError, compare_recordings, recording};
+pub use recording::{
+    Batch, Recording, Row, Rows, RowsError, compare_recordings, recording, recording_of_batches,
+};
 pub(crate) use report::p_value;
 pub use report::{Conclusion, Report};
 pub use settings::{Drawn, Settings, Verify};

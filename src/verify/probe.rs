@@ -98,6 +98,14 @@ pub(super) trait Probe: Sync {
     /// A sample for every `dimensions` of the variates into `out`; every `ask`-th, a power of two, is asked for its density again. The values f / density of the
     /// functions with known integrals go to `values`, as many for each sample as there are functions.
     fn draw(&self, xi: &[f64], ask: usize, out: &mut Vec<Draw>, values: &mut Vec<f64>);
+    /// Where the samples fall on the chart of the only patch, to within the error that is returned; NaN where that can't be said without a closer look.
+    fn locate_roughly(&self, _xi: &[f64], _out: &mut Vec<[f32; 2]>) -> f32 {
+        f32::NAN
+    }
+    /// Whether the density is known to be positive all over a cell, so that of the samples in it only some need be asked.
+    fn is_positive_over(&self, _cell: &Cell) -> bool {
+        false
+    }
     /// Only where the samples fall.
     fn locate(&self, xi: &[f64], out: &mut Vec<Location>);
     fn look(&self, xi: &[f64]) -> Option<Look>;
@@ -252,7 +260,7 @@ impl<D: Domain> Probe for Subject<'_, D> {
                         values.push((known.function)(&sample.point) / sample.density);
                     }
                     match places.next() {
-                        Some(Ok(location)) => {
+                        Some(Some(location)) => {
                             Draw { fate: Fate::Drawn, location, density: sample.density, asked }
                         }
                         _ => Draw::without_point(Fate::Outside),

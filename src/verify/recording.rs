@@ -5,7 +5,7 @@
 //! for a few samples of its own is given pilots.
 
 use super::examination::{Against, Examination, examine};
-use super::probe::{Draw, Fate, Look, Probe, RoundTrip, is_asked};
+use super::probe::{Draw, Fate, Look, Probe, RoundTrip};
 use super::settings::Settings;
 use crate::domain::{Cell, Domain, Knots, Location, Space, in_short};
 use crate::sampler::Preimage;
@@ -56,14 +56,23 @@ enum Judge<'a, P> {
     Places(Box<dyn Fn(&[Location], &mut Vec<f64>) + Send + Sync + 'a>),
 }
 
-/// What some rows say, column by column: no time is lost on waiting for what was just written.
-struct Batch<P> {
+/// What some rows say, column by column: no time is lost on waiting for what was just written. Every row says the same of itself: a density or none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Batch<P> {
     /// Of the rows that were kept.
-    points: Vec<P>,
-    kept: Vec<bool>,
+    pub points: Vec<P>,
+    /// Which rows were kept; empty if all were.
+    pub kept: Vec<bool>,
     /// Of all rows; empty without such a column.
-    densities: Vec<f64>,
-    weights: Vec<f64>,
+    pub densities: Vec<f64>,
+    /// f / density of a function that is integrated, of all rows; empty without such a column.
+    pub weights: Vec<f64>,
+}
+
+impl<P> Default for Batch<P> {
+    fn default() -> Self {
+        Self { points: Vec::new(), kept: Vec::new(), densities: Vec::new(), weights: Vec::new() }
+    }
 }
 
 impl<P> Batch<P> {
@@ -77,16 +86,13 @@ impl<P> Batch<P> {
         }
     }
 
+    /// One more row.
     #[inline(always)]
-    fn push(&mut self, row: Row<P>, columns: Columns) {
+    pub fn push(&mut self, row: Row<P>) {
         self.kept.push(row.point.is_some());
         self.points.extend(row.point);
-        if columns.density {
-            self.densities.push(row.density.unwrap_or(f64::NAN));
-        }
-        if columns.weight {
-            self.weights.push(row.weight.unwrap_or(0.0));
-        }
+        self.densities.extend(row.density);
+        self.weights.extend(row.weight);
     }
 }
 
@@ -101,6 +107,7 @@ pub struct Recording<'a, D: Domain> {
     columns: Columns,
     density: Option<Judge<'a, D::Point>>,
     cell_mass: Option<Box<dyn Fn(&Cell) -> Option<f64> + Send + Sync + 'a>>,
+    positive_over: Option<Box<dyn Fn(&Cell) -> bool + Send + Sync + 'a>>,
     knots: Knots,
     partial: bool,
     integral: Option<f64>,
@@ -177,14 +184,26 @@ pub fn recording<'a, D: Domain>(
     rows: impl Rows + 'a,
     row: impl Fn(&[f64]) -> Row<D::Point> + Send + Sync + 'a,
 ) -> Result<Recording<'a, D>, RowsError> {
+    let width = rows.width();
+    recording_of_batches(domain, rows, move |numbers, out| {
+        numbers.chunks_exact(width).for_each(|numbers| out.push(row(numbers)));
+    })
+}
+
+/// The same of many rows at once: `batch` appends what all rows of a block of numbers mean, which costs less than to be asked of each.
+///
+/// # Errors
+/// As [`recording`].
+pub fn recording_of_batches<'a, D: Domain>(
+    domain: D,
+    rows: impl Rows + 'a,
+    batch: impl Fn(&[f64], &mut Batch<D::Point>) + Send + Sync + 'a,
+) -> Result<Recording<'a, D>, RowsError> {
     let opened = Opened::new(Box::new(rows))?;
-    let width = opened.width;
-    let first = row(&opened.pilots[..width]);
-    let columns = Columns { density: first.density.is_some(), weight: first.weight.is_some() };
-    let rows_of = move |numbers: &[f64], out: &mut Batch<D::Point>| {
-        numbers.chunks_exact(width).for_each(|numbers| out.push(row(numbers), columns));
-    };
-    Ok(Recording::of(domain, opened, columns, Box::new(rows_of)))
+    let mut first = Batch::default();
+    batch(&opened.pilots[..opened.width], &mut first);
+    let columns = Columns { density: !first.densities.is_empty(), weight: !first.weights.is_empty() };
+    Ok(Recording::of(domain, opened, columns, Box::new(batch)))
 }
 
 /// Rows of which the first are read.
@@ -228,6 +247,7 @@ impl<'a, D: Domain> Recording<'a, D> {
             width: opened.width,
             density: None,
             cell_mass: None,
+            positive_over: None,
             knots: Knots::default(),
             partial: false,
             integral: None,
@@ -258,6 +278,11 @@ impl<'a, D: Domain> Recording<'a, D> {
     /// The probability of a cell, where it is known exactly.
     pub fn cell_mass(self, mass: impl Fn(&Cell) -> Option<f64> + Send + Sync + 'a) -> Self {
         Self { cell_mass: Some(Box::new(mass)), ..self }
+    }
+
+    /// Whether the density is known to be positive all over a cell. Then, after the first 65,536 samples, only each 64th in it is asked for its density.
+    pub fn positive_over(self, is_positive: impl Fn(&Cell) -> bool + Send + Sync + 'a) -> Self {
+        Self { positive_over: Some(Box::new(is_positive)), ..self }
     }
 
     /// Where the density may jump, along the axes of the domain's chart.
@@ -324,9 +349,19 @@ impl<'a, D: Domain> Recording<'a, D> {
         {
             (self.rows_of)(&self.numbers(held, xi[0])[..xi.len() * self.width], &mut batch);
         } else {
-            xi.iter().for_each(|&xi| (self.rows_of)(&self.numbers(held, xi)[..self.width], &mut batch));
+            let mut numbers = Vec::with_capacity(xi.len() * self.width);
+            xi.iter().for_each(|&xi| numbers.extend_from_slice(&self.numbers(held, xi)[..self.width]));
+            (self.rows_of)(&numbers, &mut batch);
         }
         batch
+    }
+
+    /// What the column of weights says, 0 of what was not kept.
+    fn weights_of(&self, batch: &Batch<D::Point>, values: &mut Vec<f64>) {
+        if self.integral.is_some() && self.columns.weight {
+            let is_kept = |i: usize| batch.kept.get(i) != Some(&false);
+            values.extend(batch.weights.iter().enumerate().map(|(i, w)| if is_kept(i) { *w } else { 0.0 }));
+        }
     }
 
     /// 0 outside of the domain.
@@ -380,35 +415,66 @@ impl<D: Domain> Probe for Recording<'_, D> {
         let batch = self.rows_for(&self.held(), xi);
         let mut places = Vec::with_capacity(batch.points.len());
         self.domain.locate_many(&batch.points, &mut places);
-        // Asked of all or, where the samples bring their own, of each `ask`-th.
-        let given = !batch.densities.is_empty();
-        let mut theirs = Vec::new();
-        match &self.density {
-            Some(Judge::Places(density)) if !given => {
-                let inside: Vec<Location> = places.iter().flatten().copied().collect();
-                theirs.reserve(inside.len());
-                density(&inside, &mut theirs);
+        if !batch.kept.is_empty() {
+            // Places of all rows, as there are densities of all.
+            let mut of_kept = places.into_iter();
+            places =
+                batch.kept.iter().map(|kept| if *kept { of_kept.next().flatten() } else { None }).collect();
+        }
+        let fate = |i: usize| if batch.kept.get(i) == Some(&false) { Fate::Rejected } else { Fate::Outside };
+        let given = self.columns.density;
+        out.extend(places.iter().enumerate().map(|(i, place)| match place {
+            Some(location) => {
+                let density = if given { batch.densities[i] } else { f64::NAN };
+                Draw { fate: Fate::Drawn, location: *location, density, asked: density }
             }
-            _ => {}
-        }
-        let (mut theirs, mut places) = (theirs.into_iter(), places.into_iter().zip(&batch.points));
-        for (i, kept) in batch.kept.iter().enumerate() {
-            out.push(match if *kept { places.next() } else { None } {
-                None => Draw::without_point(Fate::Rejected),
-                Some((Err(_), _)) => Draw::without_point(Fate::Outside),
-                Some((Ok(location), point)) => {
-                    let asked = || self.density_there(point, &location);
-                    let density =
-                        if given { batch.densities[i] } else { theirs.next().unwrap_or_else(asked) };
-                    let both = is_asked(i, ask) && given && self.density.is_some();
-                    Draw { fate: Fate::Drawn, location, density, asked: if both { asked() } else { density } }
+            None => Draw::without_point(fate(i)),
+        }));
+        // Asked of all or, where the samples bring their own, of each `ask`-th.
+        let step = if given { ask.min(out.len().max(1)) } else { 1 };
+        let asked = || out.iter().step_by(step).filter(|draw| draw.fate == Fate::Drawn);
+        let mut theirs = Vec::with_capacity(out.len() / step + 1);
+        match &self.density {
+            None => return self.weights_of(&batch, values),
+            Some(Judge::Places(density)) => {
+                density(&asked().map(|draw| draw.location).collect::<Vec<_>>(), &mut theirs);
+            }
+            Some(Judge::Point(density)) => {
+                let mut points = batch.points.iter();
+                let mut point = |kept: bool| if kept { points.next() } else { None };
+                for (i, draw) in out.iter().enumerate() {
+                    let point = point(batch.kept.get(i) != Some(&false));
+                    if draw.fate == Fate::Drawn && i % step == 0 {
+                        theirs.extend(point.map(density));
+                    }
                 }
-            });
+            }
         }
-        if self.integral.is_some() && self.columns.weight {
-            values
-                .extend(batch.weights.iter().zip(&batch.kept).map(|(w, kept)| if *kept { *w } else { 0.0 }));
+        let asked = out.iter_mut().step_by(step).filter(|draw| draw.fate == Fate::Drawn);
+        for (draw, density) in asked.zip(theirs) {
+            draw.asked = density;
+            if !given {
+                draw.density = density;
+            }
         }
+        self.weights_of(&batch, values);
+    }
+
+    fn locate_roughly(&self, xi: &[f64], out: &mut Vec<[f32; 2]>) -> f32 {
+        out.clear();
+        let batch = self.rows_for(&self.held(), xi);
+        let error = self.domain.locate_roughly(&batch.points, out);
+        if !batch.kept.is_empty() {
+            let mut of_kept = std::mem::take(out).into_iter();
+            let place = |kept: &bool| if *kept { of_kept.next() } else { None };
+            out.extend(batch.kept.iter().map(place).map(|place| place.unwrap_or([f32::NAN; 2])));
+        }
+        error
+    }
+
+    fn is_positive_over(&self, cell: &Cell) -> bool {
+        // Where densities come with the samples, each is looked at anyway.
+        !self.columns.density && self.positive_over.as_ref().is_some_and(|is_positive| is_positive(cell))
     }
 
     fn locate(&self, xi: &[f64], out: &mut Vec<Location>) {

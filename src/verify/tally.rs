@@ -3,7 +3,7 @@
 //! Samples are drawn in shards of fixed size, each from its own stream, and merged in order: the same seed gives the same counts on any
 //! number of threads.
 
-use super::expectation::{Expectation, FLAT, LeafNote, MODULI, Resolved};
+use super::expectation::{Expectation, FLAT, LeafNote, MODULI, Quick, Resolved, UNKNOWN};
 use super::probe::{Draw, Fate, Probe, is_asked};
 use super::settings::{Drawn, Settings};
 use crate::random::{fill_unit, stream};
@@ -11,17 +11,23 @@ use crate::statistics::Moments;
 use std::time::Instant;
 
 pub(super) const SHARD: u64 = 1 << 14;
-/// Shards between two looks at the clock; also what bounds the memory.
+/// Shards between two looks at the clock; also what bounds the memory. Of what is read, fewer: it should still be in the cache when it is judged.
 const BATCH: u64 = 64;
+const BATCH_OF_ROWS: u64 = 16;
 /// Shards that share a tally once there are finer cells than samples in a shard: to empty and to merge a tally costs as much as many samples.
 const SHARED: u64 = 8;
+const SHARED_ROWS: u64 = 4;
 /// Samples that are drawn in one go, few enough that all that is known of them stays in the nearest cache; of who pays for every question, more.
 const CHUNK: usize = 128;
 const SLOW_CHUNK: usize = 512;
+/// Of those that are hardly asked, as many as leave enough to be asked together.
+const QUICK_CHUNK: usize = 512;
 /// In this many first shards the density is asked again at every sample's point, later at each one in [`ASKED_RARELY`].
 const ASKED_ALWAYS: u64 = 4;
 /// A power of two: to divide by a number that isn't known costs as much as to count.
 const ASKED_RARELY: usize = 16;
+/// The same of samples whose square is enough to count them.
+const HARDLY_ASKED: usize = 64;
 /// Rounding may move a sample on the border of the support this far beyond it.
 const BORDER: f64 = 1e-6;
 /// Classes of the left-over variate.
@@ -105,12 +111,14 @@ pub(super) struct Filled {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tally {
     pub samples: u64,
+    /// How many of them were weighed by 1 / density, if they were drawn.
+    pub weighed: u64,
     pub per_leaf: Vec<u64>,
     /// For each cell of both coarse scales.
     pub inverse: Vec<Inverse>,
     /// Of each leaf; empty where densities can be asked.
     pub filled: Vec<Filled>,
-    /// For each axis with lines across it, samples between two lines, of leaves that a line cuts.
+    /// For each axis with lines across it, samples between two lines.
     pub between_lines: Vec<Vec<u64>>,
     /// Samples by the remainder of their index, for each of [`MODULI`], where that is asked.
     pub remainders: [Vec<u64>; 2],
@@ -154,6 +162,7 @@ impl Tally {
             mine.iter_mut().zip(theirs).for_each(|(a, b)| *a += b);
         }
         self.samples += other.samples;
+        self.weighed += other.weighed;
         add(&mut self.per_leaf, &other.per_leaf);
         self.inverse.iter_mut().zip(&other.inverse).for_each(|(a, b)| a.merge(b));
         for (mine, theirs) in self.filled.iter_mut().zip(&other.filled) {
@@ -213,14 +222,15 @@ pub(super) fn draw(
     let mut total = Tally::empty(probe, expectation);
     let shards = settings.samples.div_ceil(SHARD);
     let mut next = 0;
+    let (all, shared) = if probe.pilots().is_some() { (BATCH_OF_ROWS, SHARED_ROWS) } else { (BATCH, SHARED) };
     let time_is_up = || settings.time.is_some_and(|time| start.elapsed() >= time);
     while next < shards && !(next > 0 && (settings.stopped() || time_is_up())) {
         // With a time to keep, look at the clock more often.
-        let batch = if settings.time.is_some() { BATCH / 8 } else { BATCH }.min(shards - next);
+        let batch = if settings.time.is_some() { BATCH / 8 } else { all }.min(shards - next);
         let wanted = (batch * SHARD).min(settings.samples - next * SHARD);
         let loaded = probe.load(next * SHARD, wanted);
         let batch = loaded.div_ceil(SHARD);
-        let together = if next < BATCH || probe.is_slow() { 1 } else { SHARED };
+        let together = if next < BATCH || probe.is_slow() { 1 } else { shared };
         let judge = || {
             crate::parallel::map(batch.div_ceil(together) as usize, |i| {
                 let mut tally = Tally::empty(probe, expectation);
@@ -233,7 +243,7 @@ pub(super) fn draw(
         };
         // What is read from elsewhere is read while the last that came is judged.
         let after = next + batch;
-        let ahead = (BATCH * SHARD).min(settings.samples.saturating_sub(after * SHARD));
+        let ahead = (all * SHARD).min(settings.samples.saturating_sub(after * SHARD));
         let (tallies, ()) = crate::parallel::join(judge, || {
             if loaded == wanted && settings.time.is_none() {
                 probe.load_ahead(ahead);
@@ -267,80 +277,55 @@ fn draw_shard(
     let mut rng = stream(seed, "verify", shard);
     let dimensions = probe.dimensions().max(1);
     tally.samples += count;
-    let chunk = if probe.is_slow() { SLOW_CHUNK } else { CHUNK };
-    let mut xi = vec![0.0; chunk * dimensions];
-    let (mut draws, mut leaves) = (Vec::with_capacity(chunk), Vec::with_capacity(chunk));
-    let (mut notes, mut values) = (Vec::<LeafNote>::with_capacity(chunk), Vec::new());
-    let mut apart = vec![0; chunk];
     let mut counter = Counter::new(probe, expectation);
     let ask = if shard < ASKED_ALWAYS { 1 } else { ASKED_RARELY };
+    let quick = expectation.quick.as_ref().filter(|_| shard >= ASKED_ALWAYS && tally.known.is_empty());
+    let chunk = match quick {
+        Some(_) => QUICK_CHUNK,
+        None if probe.is_slow() => SLOW_CHUNK,
+        None => CHUNK,
+    };
+    let mut xi = vec![0.0; chunk * dimensions];
     let mut left = count as usize;
     let mut next_row = shard * SHARD + 1;
     while left > 0 {
-        let xi = &mut xi[..left.min(chunk) * dimensions];
+        let samples = left.min(chunk);
+        let xi = &mut xi[..samples * dimensions];
         match probe.pilots() {
             None => fill_unit(&mut rng, xi),
             // Rows, by their number plus 1.
             Some(_) => xi.iter_mut().enumerate().for_each(|(i, xi)| *xi = (next_row + i as u64) as f64),
         }
         next_row += xi.len() as u64;
-        probe.draw(xi, ask, &mut draws, &mut values);
-        expectation.partition.leaves_of(draws.iter().map(|draw| &draw.location), &mut leaves);
-        // Leaves are all over the memory: loops with nothing else in them wait for many at once.
-        notes.clear();
-        notes.extend(leaves.iter().map(|&leaf| expectation.coarse.note(leaf)));
-        for (draw, &leaf) in draws.iter().zip(&leaves) {
-            tally.per_leaf[leaf] += u64::from(draw.fate == Fate::Drawn);
-        }
-        // Which leaves a line cuts is not to be predicted: those are set apart without a branch.
-        for (i, (marginal, counts)) in expectation.marginals.iter().zip(&mut tally.between_lines).enumerate()
-        {
-            let mut cut = 0;
-            for (k, (draw, note)) in draws.iter().zip(&notes).enumerate() {
-                apart[cut] = k;
-                cut += usize::from(note.is_cut_by(i) & (draw.fate == Fate::Drawn));
-            }
-            for &k in &apart[..cut] {
-                counts[marginal.slab(leaves[k], draws[k].location.at[marginal.axis])] += 1;
+        match quick {
+            Some(quick) => counter.quickly(quick, xi, tally),
+            None => {
+                let mut classes = std::mem::take(&mut counter.classes);
+                counter.closely(xi, ask, |_| true, &mut classes, tally);
+                counter.follow(&classes, tally);
+                counter.classes = classes;
+                tally.weighed += samples as u64;
             }
         }
-        let places = leaves.iter().zip(&notes);
-        for (i, ((draw, (&leaf, note)), xi)) in
-            draws.iter().zip(places).zip(xi.chunks_exact(dimensions)).enumerate()
-        {
-            // Where nobody can be asked, only what the pilots show of the densities.
-            let scale = match expectation.resolved.get(leaf) {
-                None => 1.0,
-                Some(part) if draw.fate == Fate::Drawn => part.map_or(0.0, |part| {
-                    let square = part.square(&draw.location.at);
-                    square.map_or(0.0, |square| {
-                        // Larger ones would hide by their own variance that others are missing.
-                        let weight = (part.scale / draw.density).min(FLAT);
-                        let filled = &mut tally.filled[leaf];
-                        filled.sums[square] += weight;
-                        filled.squared += weight * weight;
-                        part.scale
-                    })
-                }),
-                Some(_) => 0.0,
-            };
-            counter.count(draw, (note.cell(), scale), xi, is_asked(i, ask), tally);
-        }
-        let functions = tally.known.len().max(1);
-        for values in values.chunks_exact(functions) {
-            tally.known.iter_mut().zip(values).for_each(|(moments, &value)| moments.add(value));
-        }
-        left -= draws.len();
+        left -= samples;
     }
 }
 
+/// Counts samples, and keeps what it counts them with.
 struct Counter<'a> {
     probe: &'a dyn Probe,
     expectation: &'a Expectation,
     by_remainder: bool,
     has_left_over: bool,
-    classes: usize,
-    previous: Option<usize>,
+    number_of_classes: usize,
+    previous: Option<u8>,
+    draws: Vec<Draw>,
+    values: Vec<f64>,
+    leaves: Vec<usize>,
+    notes: Vec<LeafNote>,
+    classes: Vec<u8>,
+    places: Vec<[f32; 2]>,
+    squares: Vec<[u32; 2]>,
 }
 
 impl<'a> Counter<'a> {
@@ -351,58 +336,167 @@ impl<'a> Counter<'a> {
             expectation,
             by_remainder: !expectation.remainders.is_empty(),
             has_left_over: probe.left_over(&middle).is_some(),
-            classes: classes(expectation),
+            number_of_classes: classes(expectation),
             previous: None,
+            draws: Vec::new(),
+            values: Vec::new(),
+            leaves: Vec::new(),
+            notes: Vec::new(),
+            classes: Vec::new(),
+            places: Vec::new(),
+            squares: Vec::new(),
         }
     }
 
-    /// All but the counts of the leaf and of what lines cut it into; `cell` is that of the coarse scales, and what its 1 / density is multiplied by, 0 if
-    /// it doesn't count.
-    fn count(
+    /// Samples of whom most need only be known by their squares: all that isn't sure and each [`HARDLY_ASKED`]-th is looked at closely.
+    fn quickly(&mut self, quick: &Quick, xi: &[f64], tally: &mut Tally) {
+        let (mut places, mut squares) = (std::mem::take(&mut self.places), std::mem::take(&mut self.squares));
+        let error = self.probe.locate_roughly(xi, &mut places);
+        quick.squares.find(&places, error, &mut squares);
+        // Squares are all over the memory: a loop with nothing else in it waits for many at once.
+        let mut leaves = [UNKNOWN; QUICK_CHUNK];
+        leaves.iter_mut().zip(&squares).for_each(|(leaf, square)| *leaf = quick.leaf(*square));
+        leaves.iter_mut().step_by(HARDLY_ASKED).for_each(|leaf| *leaf = UNKNOWN);
+        let leaves = &leaves[..squares.len()];
+        let mut classes = [0; QUICK_CHUNK];
+        let (mut which, mut others) = ([0; QUICK_CHUNK], 0);
+        for (i, (class, &leaf)) in classes.iter_mut().zip(leaves).enumerate() {
+            which[others] = i;
+            others += usize::from(leaf == UNKNOWN);
+            if leaf != UNKNOWN {
+                *class = self.expectation.coarse.note(usize::from(leaf)).class();
+                tally.per_leaf[usize::from(leaf)] += 1;
+            }
+        }
+        for (axis, (counts, slabs)) in tally.between_lines.iter_mut().zip(&quick.slabs).enumerate() {
+            for (square, _) in squares.iter().zip(leaves).filter(|(_, leaf)| **leaf != UNKNOWN) {
+                counts[usize::from(slabs[square[axis] as usize])] += 1;
+            }
+        }
+        let which = &which[..others];
+        let dimensions = xi.len() / squares.len().max(1);
+        let closely: Vec<f64> =
+            which.iter().flat_map(|&i| &xi[i * dimensions..][..dimensions]).copied().collect();
+        let mut of_others = std::mem::take(&mut self.classes);
+        self.closely(&closely, 1, |i| is_asked(which[i], HARDLY_ASKED), &mut of_others, tally);
+        which.iter().zip(&of_others).for_each(|(&i, &class)| classes[i] = class);
+        self.follow(&classes[..squares.len()], tally);
+        tally.weighed += squares.len().div_ceil(HARDLY_ASKED) as u64;
+        (self.places, self.squares, self.classes) = (places, squares, of_others);
+    }
+
+    /// Samples one by one: where they fall, and what their densities say. Of those that are `weighed`, 1 / density is added up.
+    fn closely(
         &mut self,
-        draw: &Draw,
-        (cell, scale): (usize, f64),
         xi: &[f64],
-        asked: bool,
+        ask: usize,
+        is_weighed: impl Fn(usize) -> bool,
+        classes: &mut Vec<u8>,
         tally: &mut Tally,
     ) {
-        let mut class = self.classes - 1;
-        match draw.fate {
-            Fate::Rejected => tally.rejected += 1,
-            Fate::Outside => {
-                let why = || self.probe.look(xi).and_then(|l| l.location.err().map(|why| (l.point, why)));
-                tally.outside.add(self.probe, xi, || {
-                    why().map_or_else(String::new, |(p, why)| format!("the point {p} {why}"))
-                });
+        let (probe, expectation) = (self.probe, self.expectation);
+        let (mut draws, mut leaves, mut notes) = (
+            std::mem::take(&mut self.draws),
+            std::mem::take(&mut self.leaves),
+            std::mem::take(&mut self.notes),
+        );
+        probe.draw(xi, ask, &mut draws, &mut self.values);
+        expectation.partition.leaves_of(draws.iter().map(|draw| &draw.location), &mut leaves);
+        // Leaves are all over the memory: loops with nothing else in them wait for many at once.
+        notes.clear();
+        notes.extend(leaves.iter().map(|&leaf| expectation.coarse.note(leaf)));
+        for (draw, &leaf) in draws.iter().zip(&leaves) {
+            tally.per_leaf[leaf] += u64::from(draw.fate == Fate::Drawn);
+        }
+        for (marginal, counts) in expectation.marginals.iter().zip(&mut tally.between_lines) {
+            for draw in &draws {
+                counts[marginal.slab(draw.location.at[marginal.axis])] += u64::from(draw.fate == Fate::Drawn);
             }
-            Fate::Drawn => {
-                class = self.expectation.coarse.cells[cell][0].unwrap_or(class);
-                if scale > 0.0 && draw.density > 0.0 {
-                    tally.inverse[cell].add(scale / draw.density);
+        }
+        let others = (self.number_of_classes - 1) as u8;
+        classes.clear();
+        classes.extend(
+            draws
+                .iter()
+                .zip(&notes)
+                .map(|(d, note)| if d.fate == Fate::Drawn { note.class() } else { others }),
+        );
+        let dimensions = xi.len() / draws.len().max(1);
+        for (i, draw) in draws.iter().enumerate() {
+            let xi = &xi[i * dimensions..][..dimensions];
+            match draw.fate {
+                Fate::Rejected => tally.rejected += 1,
+                Fate::Outside => {
+                    let why = || probe.look(xi).and_then(|l| l.location.err().map(|why| (l.point, why)));
+                    tally.outside.add(probe, xi, || {
+                        why().map_or_else(String::new, |(p, why)| format!("the point {p} {why}"))
+                    });
                 }
-                if self.by_remainder {
-                    for (counts, m) in tally.remainders.iter_mut().zip(MODULI) {
-                        counts[draw.location.patch % m] += 1;
+                Fate::Drawn => {
+                    if is_weighed(i) {
+                        self.weigh(draw, (leaves[i], notes[i].cell()), tally);
                     }
+                    if self.by_remainder {
+                        for (counts, m) in tally.remainders.iter_mut().zip(MODULI) {
+                            counts[draw.location.patch % m] += 1;
+                        }
+                    }
+                    if self.has_left_over {
+                        self.left_over(usize::from(classes[i]), xi, tally);
+                    }
+                    self.judge(draw, xi, is_asked(i, ask), tally);
                 }
-                self.judge(draw, xi, asked, tally);
             }
         }
-        if let Some(previous) = self.previous.replace(class) {
-            tally.pairs[previous * self.classes + class] += 1;
+        let functions = tally.known.len().max(1);
+        for values in self.values.chunks_exact(functions) {
+            tally.known.iter_mut().zip(values).for_each(|(moments, &value)| moments.add(value));
         }
-        if self.has_left_over && draw.fate == Fate::Drawn {
-            match self.probe.left_over(xi) {
-                Some(rest) if (0.0..1.0).contains(&rest) => {
-                    tally.left_over[class * CLASSES + (rest * CLASSES as f64) as usize] += 1;
-                }
-                Some(rest) => {
-                    tally
-                        .left_over_outside
-                        .add(self.probe, xi, || format!("the variate left over is {rest}"));
-                }
-                None => {}
+        (self.draws, self.leaves, self.notes) = (draws, leaves, notes);
+    }
+
+    /// Counts pairs of consecutive samples by their classes.
+    fn follow(&mut self, classes: &[u8], tally: &mut Tally) {
+        let mut previous = self.previous;
+        for &class in classes {
+            if let Some(previous) = previous {
+                tally.pairs[usize::from(previous) * self.number_of_classes + usize::from(class)] += 1;
             }
+            previous = Some(class);
+        }
+        self.previous = previous;
+    }
+
+    fn left_over(&self, class: usize, xi: &[f64], tally: &mut Tally) {
+        match self.probe.left_over(xi) {
+            Some(rest) if (0.0..1.0).contains(&rest) => {
+                tally.left_over[class * CLASSES + (rest * CLASSES as f64) as usize] += 1;
+            }
+            Some(rest) => {
+                let what = || format!("the variate left over is {rest}");
+                tally.left_over_outside.add(self.probe, xi, what);
+            }
+            None => {}
+        }
+    }
+
+    /// Adds 1 / density of a sample to the sums of its cell.
+    fn weigh(&self, draw: &Draw, (leaf, cell): (usize, usize), tally: &mut Tally) {
+        // Where nobody can be asked, only what the pilots show of the densities.
+        let scale = match self.expectation.resolved.get(leaf) {
+            None => 1.0,
+            Some(None) => 0.0,
+            Some(Some(part)) => part.square(&draw.location.at).map_or(0.0, |square| {
+                // Larger ones would hide by their own variance that others are missing.
+                let weight = (part.scale / draw.density).min(FLAT);
+                let filled = &mut tally.filled[leaf];
+                filled.sums[square] += weight;
+                filled.squared += weight * weight;
+                part.scale
+            }),
+        };
+        if scale > 0.0 && draw.density > 0.0 {
+            tally.inverse[cell].add(scale / draw.density);
         }
     }
 
@@ -464,3 +558,91 @@ impl<'a> Counter<'a> {
 
 /// Relative difference of densities that nobody minds.
 const SLACK: f64 = 1e-4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::{Cell, Hemisphere, Knots, Location};
+    use crate::random::unit_f64;
+    use crate::verify::{Row, Rows, RowsError, recording};
+    use glam::DVec3;
+
+    struct Given(std::vec::IntoIter<[f64; 4]>);
+
+    impl Rows for Given {
+        fn width(&self) -> usize {
+            4
+        }
+        fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
+            let before = out.len();
+            out.extend(self.0.by_ref().take(most).flatten());
+            Ok((out.len() - before) / 4)
+        }
+    }
+
+    /// Directions uniform over the hemisphere, some of them on lines of the chart, at its ends, below the horizon, too long, or not kept.
+    fn rows() -> Vec<[f64; 4]> {
+        let mut rng = stream(3, "quick", 0);
+        let mut next = || unit_f64(&mut rng);
+        let mut row = |i: usize| {
+            let (mut theta, mut phi) = (next().acos(), std::f64::consts::TAU * next());
+            match i % 97 {
+                0 => phi = (phi * 10.0 / std::f64::consts::PI).round() * std::f64::consts::PI / 10.0,
+                1 => theta = (theta * 24.0 / std::f64::consts::PI).round() * std::f64::consts::PI / 24.0,
+                2 => phi = 0.0,
+                3 if i % 2 == 0 => theta = 0.0,
+                3 => theta = std::f64::consts::FRAC_PI_2,
+                _ => {}
+            }
+            let length = if i % 9_973 == 40 { 1.0 + 1e-5 } else { 1.0 };
+            let below = if i % 8_999 == 41 { -1.0 } else { 1.0 };
+            let kept = f64::from(u8::from(i % 101 != 42));
+            [length * theta.sin() * phi.cos(), length * theta.sin() * phi.sin(), below * theta.cos(), kept]
+        };
+        (0..250_000).map(&mut row).collect()
+    }
+
+    /// What is counted by squares is what is counted one by one.
+    #[test]
+    fn samples_known_by_their_squares() {
+        let of = |quick: bool| {
+            let row = |numbers: &[f64]| Row {
+                point: (numbers[3] != 0.0).then(|| DVec3::from_slice(numbers)),
+                density: None,
+                weight: None,
+            };
+            // Positive but for one texel, which only a closer look tells.
+            let black = |at: &[f64; 2]| (0.5..7.0 / 12.0).contains(&at[0]) && (0.25..0.3).contains(&at[1]);
+            let density = move |places: &[Location], out: &mut Vec<f64>| {
+                out.extend(places.iter().map(|place| if black(&place.at) { 0.0 } else { 0.16 }));
+            };
+            let record = recording(Hemisphere, Given(rows().into_iter()), row).unwrap();
+            let record = record.knots(Knots::grid(120, 200)).density_of_places(density);
+            let positive = |cell: &Cell| {
+                cell.low[0] >= 7.0 / 12.0 || cell.high[0] <= 0.5 || cell.low[1] >= 0.3 || cell.high[1] <= 0.25
+            };
+            let record = if quick { record.positive_over(positive) } else { record };
+            let expectation = Expectation::new(&record, 1, 230_000);
+            assert_eq!(expectation.quick.is_some(), quick);
+            draw(&record, &expectation, &Settings::default(), &mut |_| false)
+        };
+        let (quick, close) = (of(true), of(false));
+        assert_eq!((quick.samples, quick.rejected), (close.samples, close.rejected));
+        assert_eq!(quick.per_leaf, close.per_leaf);
+        assert_eq!(quick.between_lines, close.between_lines);
+        assert_eq!(quick.pairs, close.pairs);
+        for (a, b) in [(&quick.outside, &close.outside), (&quick.unsupported, &close.unsupported)] {
+            assert!(a.count == b.count && a.count > 10, "{} {}", a.count, b.count);
+            assert_eq!(a.first.as_ref().unwrap().sample, b.first.as_ref().unwrap().sample);
+        }
+        // Only what is asked is weighed: all of the first shards, then each 64th.
+        assert_eq!(close.weighed, close.samples);
+        let first = ASKED_ALWAYS * SHARD;
+        let rest = close.samples - first;
+        assert!((rest / 64..rest / 64 + 100).contains(&(quick.weighed - first)), "{}", quick.weighed);
+        let weighed = |tally: &Tally| tally.inverse.iter().map(|i| i.count).sum::<u64>() as f64;
+        assert!(
+            (weighed(&quick) / quick.weighed as f64 - weighed(&close) / close.weighed as f64).abs() < 0.01
+        );
+    }
+}

@@ -119,7 +119,7 @@ fn inverse_density(check: &'static str, case: &Case<'_>, alone: bool) -> Vec<Fin
     let (mut asked, mut of, mut needed) = (0_u64, 0_u64, f64::INFINITY);
     let mut figures: Vec<(Figure, &Cell)> = Vec::new();
     let (mut share, mut error, mut lowest) = (0.0, 0.0_f64, 1.0_f64);
-    let n = case.tally.samples as f64;
+    let n = case.tally.weighed as f64;
     for (i, scale) in case.expectation.coarse.scales.iter().enumerate() {
         for (group, figure) in cells(case, i, &limits, one_sided) {
             of += 1;
@@ -141,11 +141,13 @@ fn inverse_density(check: &'static str, case: &Case<'_>, alone: bool) -> Vec<Fin
         }
     }
     // Of those that fell anywhere.
-    share /= (1.0 - case.tally.rejected as f64 / n).max(f64::MIN_POSITIVE);
+    share /= (1.0 - case.tally.rejected as f64 / case.tally.samples as f64).max(f64::MIN_POSITIVE);
     // Of those beyond all p-values the farthest off.
     let off = |figure: &Figure| figure.ratio.ln().abs();
     figures.sort_by(|(a, _), (b, _)| a.p.total_cmp(&b.p).then_with(|| off(b).total_cmp(&off(a))));
     let Some((worst, cell)) = figures.first() else {
+        // Those that were asked are some of all.
+        needed *= case.tally.samples as f64 / n;
         let (samples, round) = (case.tally.samples, 10_f64.powf(needed.log10().floor() - 1.0));
         let first = if needed < 1e12 {
             format!(" (it takes about {} at least)", (needed / round).ceil() * round)
@@ -327,7 +329,7 @@ fn cells<'a>(
             regions[group].sums.merge(inverse);
         }
     }
-    let n = case.tally.samples as f64;
+    let n = case.tally.weighed as f64;
     let pilots = case.probe.pilots().unwrap_or(0) as f64;
     regions.into_iter().enumerate().map(move |(group, region)| {
         let figure = |limit| {
