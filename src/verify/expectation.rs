@@ -160,7 +160,7 @@ pub(super) struct Coarse {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LeafNote {
     cell: u16,
-    class: u8,
+    class: u16,
     is_positive: bool,
 }
 
@@ -172,7 +172,7 @@ impl LeafNote {
 
     /// The class that consecutive samples are tallied in: the cell of the coarsest scale, or behind them all that have none.
     #[inline]
-    pub fn class(self) -> u8 {
+    pub fn class(self) -> u16 {
         self.class
     }
 }
@@ -252,7 +252,7 @@ impl Coarse {
                 cells.push(both);
                 cells.len() as u16 - 1 // of a hundred or so
             });
-            let class = both[0].unwrap_or(rest) as u8; // of a few dozen
+            let class = both[0].unwrap_or(rest) as u16;
             LeafNote { cell, class, is_positive: is_positive(of_domain) }
         });
         let of_leaf = of_leaf.collect();

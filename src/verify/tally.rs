@@ -318,12 +318,12 @@ struct Counter<'a> {
     by_remainder: bool,
     has_left_over: bool,
     number_of_classes: usize,
-    previous: Option<u8>,
+    previous: Option<u16>,
     draws: Vec<Draw>,
     values: Vec<f64>,
     leaves: Vec<usize>,
     notes: Vec<LeafNote>,
-    classes: Vec<u8>,
+    classes: Vec<u16>,
     places: Vec<[f32; 2]>,
     squares: Vec<[u32; 2]>,
 }
@@ -391,7 +391,7 @@ impl<'a> Counter<'a> {
         xi: &[f64],
         ask: usize,
         is_weighed: impl Fn(usize) -> bool,
-        classes: &mut Vec<u8>,
+        classes: &mut Vec<u16>,
         tally: &mut Tally,
     ) {
         let (probe, expectation) = (self.probe, self.expectation);
@@ -413,7 +413,7 @@ impl<'a> Counter<'a> {
                 counts[marginal.slab(draw.location.at[marginal.axis])] += u64::from(draw.fate == Fate::Drawn);
             }
         }
-        let others = (self.number_of_classes - 1) as u8;
+        let others = (self.number_of_classes - 1) as u16;
         classes.clear();
         classes.extend(
             draws
@@ -456,7 +456,7 @@ impl<'a> Counter<'a> {
     }
 
     /// Counts pairs of consecutive samples by their classes.
-    fn follow(&mut self, classes: &[u8], tally: &mut Tally) {
+    fn follow(&mut self, classes: &[u16], tally: &mut Tally) {
         let mut previous = self.previous;
         for &class in classes {
             if let Some(previous) = previous {
