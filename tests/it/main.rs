@@ -49,3 +49,4 @@ mod strategies;
 #[cfg(feature = "render")]
 mod stress;
 mod two_samples;
+mod units;
