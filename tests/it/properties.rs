@@ -22,8 +22,10 @@ fn config() -> ProptestConfig {
 
 // ---- inputs ----
 
+// Boxed, so that what draws and shrinks them is compiled once and not once a property.
+
 /// Any finite `f64` that is not negative. Bits as an integer are nearly log-uniform.
-fn magnitude() -> impl Strategy<Value = f64> {
+fn magnitude() -> BoxedStrategy<f64> {
     prop_oneof![
         8 => (0..=f64::MAX.to_bits()).prop_map(f64::from_bits),
         2 => (-40.0..40.0_f64).prop_map(f64::exp2),
@@ -31,10 +33,11 @@ fn magnitude() -> impl Strategy<Value = f64> {
         1 => (1..2047_u64).prop_map(|e| f64::from_bits(e << 52)),
         2 => prop::sample::select(vec![0.0, 5e-324, f64::MIN_POSITIVE, 0.1, 1.0, f64::MAX]),
     ]
+    .boxed()
 }
 
 /// Any finite `f32` that is not negative.
-fn magnitude_f32() -> impl Strategy<Value = f32> {
+fn magnitude_f32() -> BoxedStrategy<f32> {
     prop_oneof![
         8 => (0..=f32::MAX.to_bits()).prop_map(f32::from_bits),
         4 => (-20.0..20.0_f32).prop_map(f32::exp2),
@@ -42,28 +45,30 @@ fn magnitude_f32() -> impl Strategy<Value = f32> {
         1 => (1..255_u32).prop_map(|e| f32::from_bits(e << 23)),
         2 => prop::sample::select(vec![0.0, 1e-45, f32::MIN_POSITIVE, 0.1, 1.0, f32::MAX]),
     ]
+    .boxed()
 }
 
-fn signed() -> impl Strategy<Value = f64> {
-    (magnitude(), any::<bool>()).prop_map(|(x, minus)| if minus { -x } else { x })
+fn signed() -> BoxedStrategy<f64> {
+    (magnitude(), any::<bool>()).prop_map(|(x, minus)| if minus { -x } else { x }).boxed()
 }
 
-fn signed_f32() -> impl Strategy<Value = f32> {
-    (magnitude_f32(), any::<bool>()).prop_map(|(x, minus)| if minus { -x } else { x })
+fn signed_f32() -> BoxedStrategy<f32> {
+    (magnitude_f32(), any::<bool>()).prop_map(|(x, minus)| if minus { -x } else { x }).boxed()
 }
 
 /// All that a `f32` can be.
-fn anything_f32() -> impl Strategy<Value = f32> {
-    prop_oneof![8 => signed_f32(), 1 => prop::sample::select(vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY])]
+fn anything_f32() -> BoxedStrategy<f32> {
+    prop_oneof![8 => signed_f32(), 1 => prop::sample::select(vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY])].boxed()
 }
 
 /// All that a `f64` can be.
-fn anything() -> impl Strategy<Value = f64> {
+fn anything() -> BoxedStrategy<f64> {
     prop_oneof![8 => signed(), 1 => prop::sample::select(vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY])]
+        .boxed()
 }
 
 /// A variate: anything in [0, 1), the steps near its ends more often.
-fn variate() -> impl Strategy<Value = f64> {
+fn variate() -> BoxedStrategy<f64> {
     prop_oneof![
         6 => 0.0..1.0_f64,
         2 => (0..1.0_f64.to_bits()).prop_map(f64::from_bits),
@@ -71,22 +76,25 @@ fn variate() -> impl Strategy<Value = f64> {
         1 => (0..1_u32 << 24).prop_map(|k| f64::from(k) / f64::from(1 << 24)),
         2 => prop::sample::select(vec![0.0, 5e-324, 0.5, 0.5_f64.next_down(), ONE_MINUS_EPSILON_F64]),
     ]
+    .boxed()
 }
 
-fn variates() -> impl Strategy<Value = Vec2> {
-    (variate(), variate()).prop_map(|(x, y)| Vec2::new(to_f32(x), to_f32(y)))
+fn variates() -> BoxedStrategy<Vec2> {
+    (variate(), variate()).prop_map(|(x, y)| Vec2::new(to_f32(x), to_f32(y))).boxed()
 }
 
-fn vector() -> impl Strategy<Value = Vec3> {
-    [signed_f32(), signed_f32(), signed_f32()].prop_map(Vec3::from)
+fn vector() -> BoxedStrategy<Vec3> {
+    [signed_f32(), signed_f32(), signed_f32()].prop_map(Vec3::from).boxed()
 }
 
 /// A unit vector: evenly spread, nearly along an axis, or along it.
-fn direction() -> impl Strategy<Value = Vec3> {
-    prop_oneof![[-1.0..1.0_f32, -1.0..1.0, -1.0..1.0].prop_map(Vec3::from), vector()].prop_map(|v| {
-        let v = v.as_dvec3();
-        (v / v.abs().max_element()).try_normalize().unwrap_or(DVec3::Z).as_vec3()
-    })
+fn direction() -> BoxedStrategy<Vec3> {
+    prop_oneof![[-1.0..1.0_f32, -1.0..1.0, -1.0..1.0].prop_map(Vec3::from), vector()]
+        .prop_map(|v| {
+            let v = v.as_dvec3();
+            (v / v.abs().max_element()).try_normalize().unwrap_or(DVec3::Z).as_vec3()
+        })
+        .boxed()
 }
 
 fn is_unit(w: Vec3) -> bool {
