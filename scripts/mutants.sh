@@ -9,7 +9,7 @@ shard=${2:-}
 
 for folder in "${folders[@]}"; do
     # Without the statistical tests that take minutes; the unit tests of what stands beside the folder are quick.
-    unit=(domain:: fault:: oracle:: random:: sampler::)
+    unit=(domain:: fault:: oracle:: random:: sampler:: units::)
     binaries=(it)
     case $folder in
     statistics) tests=(statistics::) ;;
