@@ -85,11 +85,10 @@ fn names_are_their_own_and_families_are_known() {
     assert_eq!(faults.iter().filter(|f| f.held_back).count(), 10);
 }
 
-/// Those whose quadrature has no edges of lamps to follow.
+/// Its quadrature has no edges of lamps to follow.
 #[test]
 fn solid_angle_of_small_triangles() {
-    let cheap = ["solid-angle/girard-in-f32", "solid-angle/acos-unclamped"];
-    bite(cheap.iter().map(|name| fault::named(name).expect("a fault")));
+    bite(fault::named("solid-angle/acos-unclamped").into_iter());
 }
 
 /// A few of each family; all of them are behind `--ignored`.
@@ -105,12 +104,12 @@ fn triangle() {
 
 #[test]
 fn environment() {
-    bites("environment", 5);
+    bites("environment", 10);
 }
 
 #[test]
 fn lobes() {
-    bites("lobes", 5);
+    bites("lobes", 10);
 }
 
 #[test]

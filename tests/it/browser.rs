@@ -1,7 +1,7 @@
 //! The page in a real browser, headless: no error on its console, tables sort and filter, sliders move, figures zoom together and say what they count, and it
 //! fits a phone.
 //!
-//! Needs `chromedriver` (Debian: `chromium` and `chromium-driver`) and passes without a word of proof where there is none, unless `CI` is set. With
+//! `cargo test --test it browser:: -- --ignored`: needs `chromedriver` (Debian: `chromium` and `chromium-driver`) and passes without a word of proof where there is none, unless `CI` is set. With
 //! `WARPCHECK_SCREENSHOTS=DIR` the pictures of the page go there.
 
 use assert_cmd::cargo::cargo_bin;
@@ -223,6 +223,7 @@ fn report(folder: &Path, words: &str, code: i32) -> PathBuf {
 const FIRST: &str = "return [...document.querySelector('table.sortable').tBodies[0].rows].filter(r => !r.hidden).map(r => r.cells[0].textContent.trim())";
 
 #[test]
+#[ignore = "long: a browser of its own"]
 fn samplers_in_a_browser() {
     let Some(browser) = Browser::start() else { return };
     let folder = tempdir().unwrap();
@@ -307,6 +308,7 @@ fn samplers_in_a_browser() {
 }
 
 #[test]
+#[ignore = "long: a browser of its own"]
 fn sliders_in_a_browser() {
     let Some(browser) = Browser::start() else { return };
     let folder = tempdir().unwrap();

@@ -283,22 +283,22 @@ fn polar(theta: f64, phi: f64) -> DVec3 {
 
 #[test]
 fn hemisphere() {
-    hemispheres(2);
+    hemispheres(4);
 }
 
 #[test]
 fn triangle() {
-    triangles(2);
+    triangles(4);
 }
 
 #[test]
 fn mesh_surface() {
-    mesh_surfaces(2);
+    mesh_surfaces(4);
 }
 
 #[test]
 fn flat() {
-    flats(2);
+    flats(4);
 }
 
 #[test]

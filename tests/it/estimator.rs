@@ -511,10 +511,10 @@ fn known_by(strategies: &[Strategy], scene: &Scene, expected: f64, off: f64) {
     }
 }
 
-/// The strategies that have something of their own, with the default way to draw from the emitters.
+/// Strategies that aim, with the default way to draw from the emitters.
 fn known_by_some(scene: &Scene, expected: f64) {
     let lights = Lights::load(scene).unwrap();
-    [BRDF, LIGHT, mis(0.5), TWO_POWER]
+    [LIGHT, mis(0.5), TWO_POWER]
         .iter()
         .for_each(|&strategy| known_to(3e-3, scene, &lights, strategy, expected, 0.0));
 }
@@ -727,7 +727,7 @@ fn ggx_furnaces(precision: f64, albedos: &[(f64, [f64; 4])], strategies: &[Strat
 
 #[test]
 fn a_ggx_lobe_has_its_albedo() {
-    ggx_furnaces(3e-3, &GGX_ALBEDOS[1..3], &[BRDF, mis(0.5), TWO]);
+    ggx_furnaces(3e-3, &GGX_ALBEDOS[2..3], &[BRDF, mis(0.5), TWO]);
 }
 
 #[test]
@@ -797,18 +797,14 @@ const AXES: [(&str, Vec3); 6] = [
 
 #[test]
 fn irradiance_of_an_overcast_sky() {
-    overcast(3e-3);
+    irradiances(3e-3, "potsdamer_platz_512.hdr", &AXES[..1], &[BRDF, TWO]);
 }
 
 #[test]
 #[ignore = "long: many samples"]
 fn irradiance_of_an_overcast_sky_more_finely() {
-    overcast(1e-3);
-}
-
-fn overcast(precision: f64) {
-    irradiances(precision, "potsdamer_platz_512.hdr", &AXES[..1], &[UNIFORM, BRDF, LIGHT, TWO]);
-    irradiances(precision, "potsdamer_platz_512.hdr", &AXES[1..2], &[BRDF]);
+    irradiances(1e-3, "potsdamer_platz_512.hdr", &AXES[..1], &[UNIFORM, BRDF, LIGHT, TWO]);
+    irradiances(1e-3, "potsdamer_platz_512.hdr", &AXES[1..2], &[BRDF]);
 }
 
 /// `cargo test --release --test it -- --ignored irradiance_along`: half an hour, most of it the last line.

@@ -398,42 +398,49 @@ fn wrong_conventions_are_named() {
 
 /// Rows that are held against their own column alone, and what is to be said of them; an empty text if no mistake is to be named.
 #[track_caller]
-fn is_diagnosed(domain: &str, rows: &[Vec<f64>], says: &str) {
+fn is_diagnosed(domain: &str, rows: &[Vec<f64>], says: &str) -> String {
     let (code, out, err) = check(&["--domain", domain, "--columns", "x,y,z,pdf:f32"], &f32s(rows));
     assert_eq!(code, FAIL, "{out}\n{err}");
     match says {
         "" => assert!(!out.contains("diagnosis"), "{out}"),
         _ => assert!(out.contains(says), "`{says}` is not said\n{out}"),
     }
+    out
+}
+
+/// Of directions of a cosine lobe, with another density of their cosine.
+fn is_diagnosed_of_a_lobe(claimed: &dyn Fn(f64) -> f64, says: &str) {
+    let rows = cosine(30_000).into_iter().map(|row| vec![row[0], row[1], row[2], claimed(row[2])]);
+    is_diagnosed("hemisphere", &rows.collect::<Vec<_>>(), says);
 }
 
 #[test]
 fn mistakes_in_the_column_of_densities_are_named() {
     use std::f64::consts::{PI, TAU};
-    // Directions of a cosine lobe, and another density of their cosine.
-    let lobe = |claimed: &dyn Fn(f64) -> f64| -> Vec<Vec<f64>> {
-        cosine(30_000).iter().map(|row| vec![row[0], row[1], row[2], claimed(row[2])]).collect()
-    };
-    let hemisphere =
-        |claimed: &dyn Fn(f64) -> f64, says: &str| is_diagnosed("hemisphere", &lobe(claimed), says);
-    hemisphere(
+    is_diagnosed_of_a_lobe(
         &|_| 1.0 / TAU,
         "the density lacks a factor 2 cos theta, most likely: multiplied by it, nothing is wrong",
     );
-    hemisphere(
-        &|_| 1.0 / PI,
-        "projected-solid-angle, nothing is wrong (or, which looks the same here: lacks cos theta)",
-    );
-    hemisphere(
-        &|z| z * z / PI,
-        "the density has a factor cos theta too many, most likely: divided by it, nothing is wrong",
-    );
-    hemisphere(
+    is_diagnosed_of_a_lobe(
         &|z| 2.0 * z / PI,
         "every value is 2 times what it should be (the densities, all over the domain)",
     );
-    hemisphere(&|z| PI / z, "the column holds 1 / the density, most likely");
-    hemisphere(&|z| (z / PI).ln(), "the column holds the logarithm of the density, most likely");
+    is_diagnosed_of_a_lobe(&|z| PI / z, "the column holds 1 / the density, most likely");
+}
+
+#[test]
+#[ignore = "long: more of them"]
+fn more_mistakes_in_the_column_of_densities_are_named() {
+    use std::f64::consts::{PI, TAU};
+    is_diagnosed_of_a_lobe(
+        &|_| 1.0 / PI,
+        "projected-solid-angle, nothing is wrong (or, which looks the same here: lacks cos theta)",
+    );
+    is_diagnosed_of_a_lobe(
+        &|z| z * z / PI,
+        "the density has a factor cos theta too many, most likely: divided by it, nothing is wrong",
+    );
+    is_diagnosed_of_a_lobe(&|z| (z / PI).ln(), "the column holds the logarithm of the density, most likely");
 
     let sphere = |height: &dyn Fn(f64) -> f64, claimed: &dyn Fn(f64) -> f64, says: &str| {
         let (mut rng, mut xi) = (stream(1, "foreign", 0), [0.0; 2]);
@@ -469,8 +476,8 @@ fn other_mistakes_in_the_column_have_no_name_but_a_place() {
         ("hemisphere", rows(&CosineHemisphere, 30_000, |s| octant(s.point.to_array(), s.density))),
         ("sphere", rows(&lobe, 30_000, |s| octant(s.point.to_array(), s.density))),
     ] {
-        is_diagnosed(domain, &rows, "");
-        is_diagnosed(domain, &rows, "% too high");
+        let said = is_diagnosed(domain, &rows, "");
+        assert!(said.contains("% too high"), "{said}");
     }
 }
 

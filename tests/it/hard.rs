@@ -58,6 +58,7 @@ fn combs() {
 
 /// Small random patches are kept, the rest is rejected.
 #[test]
+#[ignore = "long: quadrature over ninety thousand patches"]
 fn a_support_with_many_edges() {
     let kept = |p: DVec2| {
         let cell = (p.x * 300.0).floor() * 311.0 + (p.y * 300.0).floor();

@@ -131,7 +131,7 @@ fn all_documents_follow_the_schema() {
         ),
         ("verify", "verify triangle/low-distortion --samples 20k --anytime", [0]),
         ("faults", "faults triangle/branch-squared estimators/f32-film --seeds 1 --samples 5k", [0]),
-        ("stress", "stress mixture discrete --quick", [0]),
+        ("stress", "stress mixture triangle --quick", [0]),
         ("histogram", "histogram triangle/low-distortion --samples 1k,2k --height 16", [0]),
         ("render", "render stamp.toml --strategy light,brdf --spp 1,2", [0]),
         ("plan", "plan stamp.toml", [0]),
@@ -139,7 +139,7 @@ fn all_documents_follow_the_schema() {
         ("converge", "converge stamp.toml --strategy light --spp 2 --seeds 2 --reference 0.5", [0]),
         ("converge", "converge furnace.toml --strategy uniform,brdf --spp 2 --seeds 2", [0]),
         ("agree", "agree stamp.toml --strategy light,brdf --spp 32 --allow-inconclusive", [0]),
-        ("calibrate", "calibrate triangle/low-distortion --runs 8 --samples 2k --peeking 17k", [0]),
+        ("calibrate", "calibrate triangle/low-distortion --runs 2 --samples 2k --peeking 17k", [0]),
     ] {
         let document = run(folder.path(), words, &codes);
         assert_eq!(document["kind"], kind, "{words}");
