@@ -463,7 +463,7 @@ fn what_makes_no_sense_is_refused_in_one_sentence() {
 
 #[test]
 fn calibrate_measures_false_alarms_and_draws_them() {
-    calibrates("triangle/low-distortion", 8);
+    calibrates("discrete/ragged", 24);
 }
 
 #[test]
