@@ -14,6 +14,7 @@ pub(crate) trait Plain: Copy + Default + PartialEq + Debug {}
 /// What tables are made of: numbers for which all bits 0 mean 0.
 #[cfg(all(feature = "huge-pages", target_os = "linux"))]
 pub(crate) trait Plain: Copy + Default + PartialEq + Debug + bytemuck::Pod {}
+impl Plain for u16 {}
 impl Plain for u32 {}
 impl Plain for u64 {}
 impl Plain for i16 {}

@@ -301,6 +301,52 @@ fn crowded_rows_lead_to_the_texel_that_the_masses_say() {
     }
 }
 
+/// At both ends of its variates and between them a texel is found: where rows or lines crowd into one bucket of a guide, beside black rows and texels, in
+/// rows shorter than a line.
+#[test]
+fn texels_are_found_at_the_ends_of_their_variates() {
+    let even: fn(usize, usize) -> f32 = |_, _| 1.0;
+    let bright_row: fn(usize, usize) -> f32 =
+        |_, row| if row % 700 == 350 { 1e6 } else { 1.0 + (row % 5) as f32 };
+    let holes: fn(usize, usize) -> f32 =
+        |column, row| if row % 3 == 1 || column % 7 == 2 { 0.0 } else { 0.1 };
+    let steep: fn(usize, usize) -> f32 = |column, row| 2.0_f32.powi(-((column / 40 + row / 30) as i32));
+    for (light, width, height) in [
+        (even, 1, 1),
+        (even, 1, 500),
+        (even, 700, 1),
+        (bright_row, 2, 3000),
+        (bright_row, 40, 1400),
+        (holes, 5, 9),
+        (holes, 129, 31),
+        (steep, 1000, 9),
+        (steep, 17, 1000),
+    ] {
+        let texels = (0..width * height).map(|i| [light(i % width, i / width); 3]).collect();
+        let map = RadianceMap::new(width, height, texels).unwrap();
+        let map = PackedEnvironment::new(map, RowWarp::UniformV, Form::Ordered).unwrap();
+        let (mut xi, mut texels) = (Vec::new(), Vec::new());
+        for (column, row) in (0..height).flat_map(|row| (0..width).map(move |column| (column, row))) {
+            let [down, across] = map.variates(column, row).unwrap();
+            if map.texel_mass(column, row) == 0.0 {
+                assert!(down.0 == down.1 || across.0 == across.1);
+                continue;
+            }
+            let within = |(start, end): (f64, f64), step: f64| [start, 0.5 * (start + end), end - step];
+            for y in within(down, 2.0_f64.powi(-53)) {
+                xi.extend(within(across, 2.0_f64.powi(-53)).map(|x| [y, x]));
+                texels.extend([(column, row); 3]);
+            }
+        }
+        let mut uv = vec![[0.0; 2]; xi.len()];
+        map.uv_all(&xi, &mut uv);
+        for ((&[u, v], texel), xi) in uv.iter().zip(texels).zip(xi) {
+            let found = ((u * width as f64) as usize, (v * height as f64) as usize);
+            assert_eq!(found, texel, "{width} x {height}: {xi:?}");
+        }
+    }
+}
+
 #[test]
 fn the_texel_of_a_direction_needs_no_inverse_functions() {
     // 1000 columns and rows: bins of 0.4 degrees.

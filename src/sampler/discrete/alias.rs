@@ -342,7 +342,7 @@ impl ShortCells {
     fn indices(&self, cells: &AliasCells, bits: &[u64], out: &mut [u32]) {
         let cells = Cells { cells: &cells.cells, mask: cells.mask };
         let one = |bits| cells.batch(&[bits])[0];
-        in_batches::<WIDE, _, _>(bits, out, |bits| self.batch(cells, bits), one);
+        in_batches::<WIDE, _, _>(bits, out, |bits, out| *out = self.batch(cells, bits), one);
     }
 
     #[inline(always)]
@@ -427,7 +427,12 @@ impl AliasCells {
     /// The entries of the upper 53 bits of each number.
     fn indices(&self, bits: &[u64], out: &mut [u32]) {
         let cells = Cells { cells: &self.cells, mask: self.mask };
-        in_batches::<FEW, _, _>(bits, out, |bits| cells.batch(bits), |bits| cells.batch(&[bits])[0]);
+        in_batches::<FEW, _, _>(
+            bits,
+            out,
+            |bits, out| *out = cells.batch(bits),
+            |bits| cells.batch(&[bits])[0],
+        );
     }
 
     /// The entries for a generator's next numbers.

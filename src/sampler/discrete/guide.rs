@@ -157,7 +157,7 @@ impl DiscreteGuide {
     pub fn indices(&self, bits: &[u64], out: &mut [u32]) {
         assert_eq!(bits.len(), out.len(), "as many bits as indices");
         let one = |bits| self.batch(&[step_of(bits)])[0];
-        in_batches::<WIDE, _, _>(bits, out, |bits| self.batch(&bits.map(step_of)), one);
+        in_batches::<WIDE, _, _>(bits, out, |bits, out| *out = self.batch(&bits.map(step_of)), one);
     }
 
     /// [`choose`](Self::choose) for many variates.
@@ -166,7 +166,7 @@ impl DiscreteGuide {
     /// If the slices differ in length.
     pub fn choose_all(&self, xi: &[f64], out: &mut [Choice]) {
         assert_eq!(xi.len(), out.len(), "as many variates as choices");
-        in_batches::<BATCH, _, _>(xi, out, |xi| self.choose_batch(xi), |xi| self.choose(xi));
+        in_batches::<BATCH, _, _>(xi, out, |xi, out| *out = self.choose_batch(xi), |xi| self.choose(xi));
     }
 
     /// [`choose`](Self::choose) for a few variates.

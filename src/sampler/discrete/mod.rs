@@ -35,7 +35,9 @@ pub struct Choice {
 /// A variate in `[0, 1)`. What lies outside is moved to the nearest end, NaN to 0.
 #[inline]
 pub(super) fn inside(xi: f64) -> f64 {
-    if xi > 0.0 { xi.min(ONE_MINUS_EPSILON_F64) } else { 0.0 }
+    // The smaller and the larger of two numbers as instructions have them, NaN being no less than anything.
+    let xi = if xi > 0.0 { xi } else { 0.0 };
+    if xi < ONE_MINUS_EPSILON_F64 { xi } else { ONE_MINUS_EPSILON_F64 }
 }
 
 /// Where a variate lies in `[0, 2^53)`, once it is [`inside`].
@@ -58,13 +60,13 @@ pub(super) const BATCH: usize = 32;
 pub(super) fn in_batches<const N: usize, A: Copy, B>(
     from: &[A],
     out: &mut [B],
-    many: impl Fn(&[A; N]) -> [B; N],
+    many: impl Fn(&[A; N], &mut [B; N]),
     one: impl Fn(A) -> B,
 ) {
     let (from, from_left) = from.as_chunks::<N>();
     let (out, out_left) = out.as_chunks_mut::<N>();
     for (from, out) in from.iter().zip(out) {
-        *out = many(from);
+        many(from, out);
     }
     for (&from, out) in from_left.iter().zip(out_left) {
         *out = one(from);

@@ -96,10 +96,10 @@ impl Flat {
         Ok(Self { shares, cells, width })
     }
 
-    /// The texels for variates: the first selects and places across, the second places down. Without their masses.
+    /// The texels for variates, one after the other: the first selects and places across, the second places down. Without their masses.
     #[inline]
-    pub(super) fn find<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [Found; N] {
-        let (mut across, mut found) = ([0.0; N], [Found::default(); N]);
+    pub(super) fn find<const N: usize>(&self, xi: &[[f64; 2]; N], mut found: impl FnMut(usize, Found)) {
+        let mut across = [0.0; N];
         for i in 0..N {
             across[i] = xi[i][0];
         }
@@ -108,9 +108,8 @@ impl Flat {
             let (texel, across) = chosen[i];
             let (row, column) = self.width.divide(texel as u32);
             let down = if xi[i][1] > 0.0 { xi[i][1] } else { 0.0 };
-            found[i] = Found { column, row, across, down, mass: f64::NAN };
+            found(i, Found { column: column as u32, row: row as u32, across, down, mass: f64::NAN });
         }
-        found
     }
 
     #[inline]

@@ -4,7 +4,7 @@
 //!
 //! | [`Form`] | bytes a texel | memory accesses | order of the variates |
 //! |---|---|---|---|
-//! | `Guide` (`Ordered`) | 4.2 | some in cache, one | both kept |
+//! | `Guide` (`Ordered`) | 4.3 | some in cache, one | both kept |
 //! | `Alias` (`Unordered`) | 8 | one | the second kept, the first lost |
 //!
 //! and a few dozen bytes a row and a column. The tables are made in parallel, the same bits on any number of threads. (u, v) becomes a direction by
@@ -31,7 +31,7 @@ use super::discrete::{BATCH, in_batches};
 /// A latitude-longitude map of radiance and compact tables to sample it. The density is that of [`Environment`](super::Environment), up to the resolution
 /// of the tables, and always the one that is searched.
 ///
-/// [`Form::Guide`] takes 4.2 bytes a texel and keeps the order of both variates; [`Form::Alias`] takes 8 and is faster, but loses the order of the
+/// [`Form::Guide`] takes 4.3 bytes a texel and keeps the order of both variates; [`Form::Alias`] takes 8 and is faster, but loses the order of the
 /// first. Both are made in parallel (with the feature of that name), the same bits on any number of threads.
 ///
 /// ```
@@ -67,8 +67,8 @@ enum Tables {
 /// A texel that was drawn, and where in it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Found {
-    column: usize,
-    row: usize,
+    column: u32,
+    row: u32,
     /// Place in the texel, along u and along v, in `[0, 1)`.
     across: f64,
     down: f64,
@@ -144,11 +144,19 @@ impl Drop {
     }
 }
 
+/// A place in `[0, 1]`, moved `margin` off the ends. Comparisons make two instructions, where `clamp` asks whether margins are in order.
+#[inline(always)]
+fn kept_off(place: f64, margin: f64) -> f64 {
+    let most = 1.0 - margin;
+    let place = if place > margin { place } else { margin };
+    if place < most { place } else { most }
+}
+
 impl PackedEnvironment {
     /// The tables for a map.
     ///
     /// # Errors
-    /// If all is black; with guides if the map is wider than 65,536 texels, with an alias table if it has 2^32 texels or more.
+    /// If all is black; with guides if the map is wider than 65,536 texels; in both forms if it has 2^32 texels or more.
     pub fn new(map: impl Into<Arc<RadianceMap>>, rows: RowWarp, form: Form) -> Result<Self, Error> {
         let map = map.into();
         let (width, height) = (map.width(), map.height());
@@ -193,104 +201,121 @@ impl PackedEnvironment {
         Weights { map: &self.map, rows: &self.row_weights }
     }
 
+    /// What is found for each of the variates, one after the other.
     #[inline]
-    fn find<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [Found; N] {
+    fn find<const N: usize>(&self, xi: &[[f64; 2]; N], found: impl FnMut(usize, Found)) {
         match &self.tables {
-            Tables::Guide(rows) => rows.find(xi),
-            Tables::Alias(flat) => flat.find(xi),
+            Tables::Guide(rows) => rows.find(xi, found),
+            Tables::Alias(flat) => flat.find(xi, found),
+        }
+    }
+
+    #[inline]
+    fn find_all<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [Found; N] {
+        let mut all = [Found::default(); N];
+        self.find(xi, |i, found| all[i] = found);
+        all
+    }
+
+    /// (u, v) of what is found.
+    #[inline]
+    fn uvs<const N: usize>(&self, xi: &[[f64; 2]; N], uv: &mut [[f64; 2]; N]) {
+        match self.rows {
+            RowWarp::UniformV => {
+                self.find(xi, |i, found| uv[i] = [self.u(&found), self.uniform_v(&found)]);
+            }
+            RowWarp::UniformCosTheta => self.find(xi, |i, found| uv[i] = self.uv(&found)),
         }
     }
 
     /// (u, v) of what was found.
     #[inline]
-    fn uvs<const N: usize>(&self, found: &[Found; N]) -> [[f64; 2]; N] {
-        let mut uv = [[0.0; 2]; N];
-        match self.rows {
-            RowWarp::UniformV => {
-                for i in 0..N {
-                    uv[i] = [self.u(&found[i]), self.uniform_v(&found[i])];
-                }
-            }
+    fn uv(&self, found: &Found) -> [f64; 2] {
+        let v = match self.rows {
+            RowWarp::UniformV => self.uniform_v(found),
             RowWarp::UniformCosTheta => {
-                for i in 0..N {
-                    let drop = &self.drops[found[i].row];
-                    let from_pole = 2.0 * FRAC_1_PI * (0.5 * drop.at(found[i].down)).sqrt().min(1.0).asin();
-                    uv[i] = [self.u(&found[i]), if drop.south { 1.0 - from_pole } else { from_pole }];
-                }
+                let drop = &self.drops[found.row as usize];
+                let from_pole = 2.0 * FRAC_1_PI * (0.5 * drop.at(found.down)).sqrt().min(1.0).asin();
+                if drop.south { 1.0 - from_pole } else { from_pole }
             }
-        }
-        uv
+        };
+        [self.u(found), v]
     }
 
     #[inline]
     fn u(&self, found: &Found) -> f64 {
-        (found.column as f64 + found.across.clamp(self.margins[0], 1.0 - self.margins[0])) * self.texel[0]
+        (f64::from(found.column) + kept_off(found.across, self.margins[0])) * self.texel[0]
     }
 
     #[inline]
     fn uniform_v(&self, found: &Found) -> f64 {
-        (found.row as f64 + found.down.clamp(self.margins[1], 1.0 - self.margins[1])) * self.texel[1]
+        (f64::from(found.row) + kept_off(found.down, self.margins[1])) * self.texel[1]
     }
 
-    /// The directions of what was found, and the sines of their theta.
+    /// The directions of what was found, as x, y and z, and the sines of their theta.
     #[inline]
-    fn directions<const N: usize>(&self, found: &[Found; N]) -> [[f64; 4]; N] {
-        let (mut turns, mut directions) = ([0.0; N], [[0.0; 4]; N]);
-        for i in 0..N {
-            turns[i] = self.u(&found[i]);
-        }
+    fn directions<const N: usize>(&self, found: &[Found; N]) -> [[f64; N]; 4] {
+        // Arrays of one coordinate each: what loops are vectorised over.
+        let (mut turns, mut halves, mut directions) = ([0.0; N], [0.0; N], [[0.0; N]; 4]);
+        let [x, y, z, sines] = &mut directions;
         match self.rows {
             RowWarp::UniformV => {
                 for i in 0..N {
-                    let (sin_phi, cos_phi) = turns::sin_cos(turns[i]);
-                    let (sine, cosine) = turns::sin_cos(0.5 * self.uniform_v(&found[i]));
-                    directions[i] = [sine * cos_phi, sine * sin_phi, cosine, sine];
+                    (turns[i], halves[i]) = (self.u(&found[i]), 0.5 * self.uniform_v(&found[i]));
+                }
+                for i in 0..N {
+                    (sines[i], z[i]) = turns::sin_cos(halves[i]);
                 }
             }
             RowWarp::UniformCosTheta => {
                 for i in 0..N {
-                    let (sin_phi, cos_phi) = turns::sin_cos(turns[i]);
-                    let drop = &self.drops[found[i].row];
+                    turns[i] = self.u(&found[i]);
+                    let drop = &self.drops[found[i].row as usize];
                     let fallen = drop.at(found[i].down);
-                    let sine = (fallen * (2.0 - fallen)).max(0.0).sqrt();
-                    let cosine = if drop.south { fallen - 1.0 } else { 1.0 - fallen };
-                    directions[i] = [sine * cos_phi, sine * sin_phi, cosine, sine];
+                    sines[i] = (fallen * (2.0 - fallen)).max(0.0).sqrt();
+                    z[i] = if drop.south { fallen - 1.0 } else { 1.0 - fallen };
                 }
             }
+        }
+        for i in 0..N {
+            let (sin_phi, cos_phi) = turns::sin_cos(turns[i]);
+            (x[i], y[i]) = (sines[i] * cos_phi, sines[i] * sin_phi);
         }
         directions
     }
 
     /// The directions alone of [`samples`](Self::samples).
     #[inline]
-    fn points<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [Option<DVec3>; N] {
-        let directions = self.directions(&self.find(xi));
-        let mut points = [None; N];
+    fn points<const N: usize>(&self, xi: &[[f64; 2]; N], points: &mut [Option<DVec3>; N]) {
+        let [x, y, z, _] = self.directions(&self.find_all(xi));
         for i in 0..N {
-            let [x, y, z, _] = directions[i];
-            points[i] = Some(DVec3::new(x, y, z).as_vec3().as_dvec3());
+            points[i] = Some(DVec3::new(x[i], y[i], z[i]).as_vec3().as_dvec3());
         }
-        points
     }
 
     #[inline]
     fn samples<const N: usize>(&self, xi: &[[f64; 2]; N]) -> [EnvironmentSample; N] {
-        let mut found = self.find(xi);
+        let mut found = self.find_all(xi);
+        // A loop with nothing else in it waits for many texels at once.
+        let (texels, mut radiance) = (self.map.texels(), [[0.0; 3]; N]);
+        for i in 0..N {
+            radiance[i] = texels[found[i].row as usize * self.map.width() + found[i].column as usize];
+        }
         if let Tables::Alias(flat) = &self.tables {
             let weights = self.weights();
-            found.iter_mut().for_each(|found| found.mass = flat.mass(&weights, found.column, found.row));
+            found.iter_mut().for_each(|found| {
+                found.mass = flat.mass(&weights, found.column as usize, found.row as usize)
+            });
         }
-        let uv = self.uvs(&found);
-        let directions = self.directions(&found);
+        let [x, y, z, sines] = self.directions(&found);
         let mut samples = [EnvironmentSample::default(); N];
         for i in 0..N {
-            let [x, y, z, sine] = directions[i];
-            let Found { column, row, mass, .. } = found[i];
+            let Found { row, mass, .. } = found[i];
             samples[i] = EnvironmentSample {
-                direction: DVec3::new(x, y, z).as_vec3(),
-                uv: DVec2::from_array(uv[i]),
-                density: (mass * self.per_solid_angle(row, sine.max(LEAST_SINE))) as f32,
-                radiance: self.map.texels()[row * self.map.width() + column].into(),
+                direction: DVec3::new(x[i], y[i], z[i]).as_vec3(),
+                uv: DVec2::from_array(self.uv(&found[i])),
+                density: (mass * self.per_solid_angle(row as usize, sines[i].max(LEAST_SINE))) as f32,
+                radiance: radiance[i].into(),
             };
         }
         samples
@@ -309,7 +334,7 @@ impl PackedEnvironment {
     /// If the slices differ in length.
     pub fn sample_all(&self, xi: &[[f64; 2]], out: &mut [EnvironmentSample]) {
         assert_eq!(xi.len(), out.len(), "as many pairs of variates as samples");
-        in_batches::<BATCH, _, _>(xi, out, |xi| self.samples(xi), |xi| self.sample(xi));
+        in_batches::<BATCH, _, _>(xi, out, |xi, out| *out = self.samples(xi), |xi| self.sample(xi));
     }
 
     /// (u, v) of [`sample`](Self::sample) for many variates, and nothing else.
@@ -318,12 +343,12 @@ impl PackedEnvironment {
     /// If the slices differ in length.
     pub fn uv_all(&self, xi: &[[f64; 2]], out: &mut [[f64; 2]]) {
         assert_eq!(xi.len(), out.len(), "as many pairs of variates as places");
-        in_batches::<BATCH, _, _>(
-            xi,
-            out,
-            |xi| self.uvs(&self.find(xi)),
-            |xi| self.uvs(&self.find(&[xi]))[0],
-        );
+        let one = |xi| {
+            let mut uv = [[0.0; 2]];
+            self.uvs(&[xi], &mut uv);
+            uv[0]
+        };
+        in_batches::<BATCH, _, _>(xi, out, |xi, out| self.uvs(xi, out), one);
     }
 
     /// The direction of (u, v), of unit length; as [`sample`](Self::sample) has it for [`RowWarp::UniformV`]. Off by at most 4e-9 before it is
@@ -398,7 +423,12 @@ impl Sampler for PackedEnvironment {
     fn fill_points(&self, xi: &[f64], points: &mut [Option<DVec3>]) {
         assert_eq!(xi.len(), 2 * points.len(), "two variates a point");
         let (xi, _) = xi.as_chunks::<2>();
-        in_batches::<BATCH, _, _>(xi, points, |xi| self.points(xi), |xi| self.points(&[xi])[0]);
+        let one = |xi| {
+            let mut point = [None];
+            self.points(&[xi], &mut point);
+            point[0]
+        };
+        in_batches::<BATCH, _, _>(xi, points, |xi, out| self.points(xi, out), one);
     }
 
     fn density(&self, w: &DVec3) -> f64 {

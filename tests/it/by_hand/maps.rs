@@ -225,9 +225,11 @@ fn bytes_of_maps() {
     let bytes = |rows, form| PackedEnvironment::new(map.clone(), rows, form).unwrap().table_bytes();
     let beside = 16 * (width + 1 + height + 1) + 8 * height;
     assert_eq!(bytes(RowWarp::UniformV, Form::Alias), 8 * width * height + beside);
-    // A guide over the rows; 4 bytes a texel, 2 for each line of 16, 16 for the last of 32 lines.
-    let guide = 8 * height + 8 * 32;
-    assert_eq!(bytes(RowWarp::UniformV, Form::Guide), guide + height * (4 * width + 2 * 32 + 16) + beside);
+    // Rows: boundaries as integers, starts as floats and five more, a guide of four buckets each. 4 bytes a texel and a line of 16 before them; 2 for the end of
+    // each of 32 lines and seven more, 2 for each of as many buckets.
+    let rows = 8 * height + 8 * (height + 5) + 4 * 4 * height;
+    let guide = rows + 4 * 16 + height * (4 * width + 2 * (32 + 7) + 2 * 32);
+    assert_eq!(bytes(RowWarp::UniformV, Form::Guide), guide + beside);
     for form in [Form::Guide, Form::Alias] {
         assert!(bytes(RowWarp::UniformCosTheta, form) >= bytes(RowWarp::UniformV, form) + 33 * height);
     }
