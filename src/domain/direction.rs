@@ -5,7 +5,8 @@
 //! either pole are kept.
 
 use super::{
-    Cell, Confusion, Domain, Factor, Keeps, Location, Outside, Pixels, Space, TOLERANCE, in_short, turns,
+    Cell, Confusion, Domain, Factor, Keeps, Location, Outside, Pixels, Space, TOLERANCE, Uncounted, in_short,
+    turns,
 };
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -93,8 +94,8 @@ fn locate_directions_roughly(
             let square = x[i] * x[i] + y[i] * y[i];
             // Who is nearly as long as a direction may be is looked at closely.
             let is_unit = (square + z[i] * z[i] - 1.0).abs() <= TOLERANCE as f32;
-            down[i] = turns::about(square.sqrt(), z[i]) * turns_in_range;
-            around[i] = if is_unit & inside(z[i]) { turns::about(y[i], x[i]) } else { f32::NAN };
+            down[i] = turns::about_f32(square.sqrt(), z[i]) * turns_in_range;
+            around[i] = if is_unit & inside(z[i]) { turns::about_f32(y[i], x[i]) } else { f32::NAN };
         }
         out.extend((0..some.len()).map(|i| [down[i], around[i]]));
     }
@@ -102,7 +103,7 @@ fn locate_directions_roughly(
 
 /// How far a rough place may be off: the error of turns, times the four quarters of a turn that the shortest axis of a chart may be, and what rounding
 /// a direction to `f32` turns it by.
-const ROUGHLY: f32 = 4.0 * (turns::ABOUT as f32 + 1e-7);
+const ROUGHLY: f32 = 4.0 * (turns::ERROR as f32 + 1e-7);
 
 /// Solid angle of a cell: (cos a - cos b) times the width in phi, without cancellation.
 fn solid_angle(cell: &Cell, theta_range: f64) -> f64 {
@@ -304,6 +305,37 @@ impl Domain for Sphere {
             return self.locate(w).map(|_| None); // an error: see there
         }
         Ok(Some(pixels.of_direction(*w)))
+    }
+
+    /// Many at a time, in what is a loop without branches but for points near a border of pixels.
+    fn count_pixels(&self, pixels: &Pixels, points: &[Option<DVec3>], counts: &mut [u32]) -> Uncounted {
+        const BATCH: usize = 32;
+        let mut uncounted = Uncounted::default();
+        let mut one_by_one = |points: &[Option<DVec3>], counts: &mut [u32]| {
+            for point in points {
+                match point {
+                    None => uncounted.none += 1,
+                    Some(w) if !is_unit(*w) => uncounted.outside += 1,
+                    Some(w) => counts[pixels.of_direction(*w)] += 1,
+                }
+            }
+        };
+        let (batches, rest) = points.as_chunks::<BATCH>();
+        for batch in batches {
+            let (mut w, mut are_units) = ([[0.0; BATCH]; 3], true);
+            for i in 0..BATCH {
+                let point = batch[i].unwrap_or(DVec3::ZERO);
+                are_units &= is_unit(point);
+                [w[0][i], w[1][i], w[2][i]] = point.to_array();
+            }
+            if are_units {
+                pixels.of_directions(&w).iter().for_each(|&pixel| counts[pixel] += 1);
+            } else {
+                one_by_one(batch, counts);
+            }
+        }
+        one_by_one(rest, counts);
+        uncounted
     }
 
     fn neighbours(&self, w: &DVec3, epsilon: f64) -> Vec<DVec3> {

@@ -27,7 +27,7 @@ pub(crate) use lat_long::LatLong;
 pub use mistake::{Confusion, Factor, Keeps};
 pub use partition::{Cell, Groups, Knots, Partition};
 pub(crate) use partition::{Squares, nearest};
-pub use pixels::Pixels;
+pub use pixels::{Pixels, Uncounted};
 pub use quadrature::{ChartDensity, Integral, Integrator, integrate_at_random};
 pub use surface::{MeshSurface, SurfacePoint, Triangle};
 
@@ -212,6 +212,21 @@ pub trait Domain: Space + Clone {
     #[inline]
     fn pixel(&self, pixels: &Pixels, point: &Self::Point) -> Result<Option<usize>, Outside> {
         self.locate(point).map(|location| pixels.at(self.picture_position(&location)))
+    }
+
+    /// Adds each point to the count of its [`pixel`](Self::pixel), and says which have none. An atom isn't counted anywhere: its mass has no place in the
+    /// picture.
+    fn count_pixels(&self, pixels: &Pixels, points: &[Option<Self::Point>], counts: &mut [u32]) -> Uncounted {
+        let mut uncounted = Uncounted::default();
+        for point in points {
+            match point.as_ref().map(|point| self.pixel(pixels, point)) {
+                None => uncounted.none += 1,
+                Some(Err(_)) => uncounted.outside += 1,
+                Some(Ok(Some(pixel))) => counts[pixel] += 1,
+                Some(Ok(None)) => {}
+            }
+        }
+        uncounted
     }
 
     /// Points a step of `epsilon` (relative to the size of the domain) to all sides of `point`, inside the

@@ -35,11 +35,29 @@ impl Pixels {
         Some(row * self.width + column)
     }
 
+    fn lat_long(&self) -> &LatLong {
+        self.lat_long.get_or_init(|| LatLong::new(self.width, self.height))
+    }
+
     /// The pixel of a direction in a latitude-longitude picture.
     #[inline]
     pub(super) fn of_direction(&self, w: glam::DVec3) -> usize {
-        let lat_long = self.lat_long.get_or_init(|| LatLong::new(self.width, self.height));
-        let (column, row, _) = lat_long.texel_of(w);
+        let (column, row, _) = self.lat_long().texel_of(w);
         row * self.width + column
     }
+
+    /// [`of_direction`](Self::of_direction) for the directions with these x, y and z.
+    #[inline]
+    pub(super) fn of_directions<const N: usize>(&self, w: &[[f64; N]; 3]) -> [usize; N] {
+        self.lat_long().texels_of(w).map(|(column, row)| row * self.width + column)
+    }
+}
+
+/// Points that [`Domain::count_pixels`](super::Domain::count_pixels) finds no pixel for, atoms aside.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Uncounted {
+    /// How many are `None`.
+    pub none: u64,
+    /// How many lie outside of the domain.
+    pub outside: u64,
 }

@@ -32,27 +32,38 @@ pub(crate) fn sin_cos(turn: f64) -> (f64, f64) {
     )
 }
 
-/// How far [`about`] may be off, in turns.
-pub(crate) const ABOUT: f64 = 2e-6;
+/// How far [`about`] is off at most, in turns: 1e-5 radians and a few roundings.
+pub(crate) const ERROR: f64 = 2e-6;
 
-/// The turn of the vector (x, y) in `[0, 1]` to within [`ABOUT`]; under 1/2 (both included) for y >= 0, over it for y < 0.
-/// atan of a ratio up to 1 by Abramowitz and Stegun, 4.4.49. In `f32`, of which twice as many fit into a vector register and whose roundings are less than
-/// the error of the polynomial.
-#[inline(always)]
-pub(crate) fn about(y: f32, x: f32) -> f32 {
-    // Where directions fall is not to be predicted: signs are copied, and `max` need not care for NaN.
-    let larger = |a: f32, b: f32| if a > b { a } else { b };
-    let smaller = |a: f32, b: f32| if a < b { a } else { b };
-    let (long, short) = (larger(x.abs(), y.abs()), smaller(x.abs(), y.abs()));
-    let a = short / larger(long, f32::MIN_POSITIVE);
-    let b = a * a;
-    let atan = a * (0.999_866 + b * (-0.330_299_5 + b * (0.180_141 + b * (-0.085_133 + b * 0.020_835_1))));
-    let eighth = atan * (0.5 * std::f32::consts::FRAC_1_PI);
-    let quarter = 0.125 - (0.125 - eighth).copysign(x.abs() - y.abs());
-    let half = 0.25 - (0.25 - quarter).copysign(x);
-    // -0 is no less than 0.
-    0.5 - (0.5 - half).copysign(y + 0.0)
+macro_rules! about {
+    ($name:ident, $float:ident, $of:literal) => {
+        /// The turn of the vector (x, y) in `[0, 1]` to within [`ERROR`]; under 1/2 (both included) for y >= 0, over it for y < 0.
+        /// atan of a ratio up to 1 by Abramowitz and Stegun, 4.4.49.
+        #[doc = $of]
+        #[inline(always)]
+        pub(crate) fn $name(y: $float, x: $float) -> $float {
+            // Where directions fall is not to be predicted: signs are copied, and `max` need not care for NaN.
+            let larger = |a: $float, b: $float| if a > b { a } else { b };
+            let smaller = |a: $float, b: $float| if a < b { a } else { b };
+            let (long, short) = (larger(x.abs(), y.abs()), smaller(x.abs(), y.abs()));
+            let a = short / larger(long, $float::MIN_POSITIVE);
+            let b = a * a;
+            let atan =
+                a * (0.999_866 + b * (-0.330_299_5 + b * (0.180_141 + b * (-0.085_133 + b * 0.020_835_1))));
+            let eighth = atan * (0.5 * std::$float::consts::FRAC_1_PI);
+            let quarter = 0.125 - (0.125 - eighth).copysign(x.abs() - y.abs());
+            let half = 0.25 - (0.25 - quarter).copysign(x);
+            // -0 is no less than 0.
+            0.5 - (0.5 - half).copysign(y + 0.0)
+        }
+    };
 }
+about!(about, f64, "");
+about!(
+    about_f32,
+    f32,
+    "Twice as many fit into a vector register as of `f64`; vectors of 1e-38 and below have no turn."
+);
 
 /// The angle of each vector (x, y) in `[0, 2 pi]`, to within 9e-16 (of itself below 1), as `atan2` has it but for negative ones, which are a turn further
 /// on; where that rounds to a whole turn, a whole turn.
@@ -111,7 +122,7 @@ pub(crate) fn angles<const N: usize>(y: &[f64; N], x: &[f64; N]) -> [f64; N] {
 mod tests {
     use super::*;
 
-    const ERROR: f64 = 4e-9;
+    const OF_SINES: f64 = 4e-9;
 
     #[test]
     fn errors_are_what_is_stated() {
@@ -120,15 +131,16 @@ mod tests {
             let turn = f64::from(i) / 400_003.0;
             let ((sin, cos), (s, c)) = (sin_cos(turn), (TAU * turn).sin_cos());
             worst = worst.max((sin - s).abs()).max((cos - c).abs());
-            worst_turn = worst_turn.max((f64::from(about(s as f32, c as f32)) - turn).abs());
+            worst_turn = worst_turn.max((about(s, c) - turn).abs());
+            worst_turn = worst_turn.max((f64::from(about_f32(s as f32, c as f32)) - turn).abs());
             let small = turn * 1e-3;
             worst_sine = worst_sine.max((sin_cos(small).0 / (TAU * small).sin() - 1.0).abs().min(1.0));
         }
         println!("{worst:e} {worst_sine:e} {worst_turn:e}");
         // Not only below what is stated, but near it: the bound is no guess.
-        assert!(worst < ERROR && worst > 0.5 * ERROR, "{worst:e}");
-        assert!(worst_sine < ERROR || worst_sine == 1.0, "{worst_sine:e}");
-        assert!(worst_turn < ABOUT && worst_turn > 0.5 * ABOUT, "{worst_turn:e}");
+        assert!(worst < OF_SINES && worst > 0.5 * OF_SINES, "{worst:e}");
+        assert!(worst_sine < OF_SINES || worst_sine == 1.0, "{worst_sine:e}");
+        assert!(worst_turn < ERROR && worst_turn > 0.5 * ERROR, "{worst_turn:e}");
         assert_eq!(sin_cos(0.0).0, 0.0);
         assert!(sin_cos(0.5).0.abs() < 1e-16 && sin_cos(0.5).1 < -0.999_999_999);
     }
@@ -156,9 +168,9 @@ mod tests {
 
     #[test]
     fn halves_are_never_mistaken() {
-        for (x, y) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (-1.0, 1e-30), (1.0, 1e-30), (0.0, 0.0)] {
+        for (x, y) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (-1.0, 1e-300), (1.0, 1e-300), (0.0, 0.0)] {
             assert!((0.0..=0.5).contains(&about(y, x)), "{x} {y}");
-            assert!((0.5..=1.0).contains(&about(-(1e-30_f32.max(y)), x)), "{x} {y}");
+            assert!((0.5..=1.0).contains(&about(-1e-300_f64.max(y), x)), "{x} {y}");
         }
     }
 }

@@ -111,15 +111,9 @@ impl Counts {
         for xi in xi.chunks((dimensions * CHUNK).max(1)) {
             let points = &mut points[..xi.len() / dimensions.max(1)];
             sampler.fill_points(xi, points);
-            for point in points {
-                match point.as_ref().map(|point| domain.pixel(pixels, point)) {
-                    None => self.rejected += 1,
-                    Some(Err(_)) => self.outside += 1,
-                    Some(Ok(Some(pixel))) => counts[pixel] += 1,
-                    // An atom: its mass has no place in the picture.
-                    Some(Ok(None)) => {}
-                }
-            }
+            let uncounted = domain.count_pixels(pixels, points, counts);
+            self.rejected += uncounted.none;
+            self.outside += uncounted.outside;
         }
     }
 

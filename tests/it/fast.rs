@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec2, Vec3};
 use rand::Rng;
 use std::sync::Arc;
-use warpcheck::domain::{Domain, Pixels, Sphere};
+use warpcheck::domain::{Domain, Pixels, Sphere, Uncounted};
 use warpcheck::histogram::Histogram;
 use warpcheck::random::{fill_unit, stream, unit_f64};
 use warpcheck::sampler::*;
@@ -538,6 +538,38 @@ fn draws_are_the_indices_of_a_generators_numbers() {
                 assert_eq!(table.choose(xi).index, index as usize, "{name}");
             }
         }
+    }
+}
+
+/// Pixels counted together are those of points one by one: some on borders, some none, some outside.
+#[test]
+fn points_counted_together_count_like_others() {
+    let pixels = Pixels::new(640, 320);
+    let mut rng = stream(16, "points", 0);
+    for (outside, count) in [(0, 1000), (50, 1000), (2, 7)] {
+        let points: Vec<Option<DVec3>> = (0..count)
+            .map(|i| {
+                let mut at = [unit_f64(&mut rng), unit_f64(&mut rng)];
+                if i % 3 == 0 {
+                    at = [(at[0] * 320.0).round() / 320.0, (at[1] * 640.0).round() / 640.0];
+                }
+                let scale = if outside > 0 && i % outside == 1 { 1.5 } else { 1.0 };
+                (outside == 0 || i % 40 != 3).then(|| scale * Sphere.point(0, at).0)
+            })
+            .collect();
+        let mut counts = vec![0; 640 * 320];
+        let uncounted = Sphere.count_pixels(&pixels, &points, &mut counts);
+        let (mut expected, mut without) = (vec![0; 640 * 320], Uncounted::default());
+        for point in &points {
+            match point.map(|w| Sphere.pixel(&pixels, &w)) {
+                None => without.none += 1,
+                Some(Err(_)) => without.outside += 1,
+                Some(Ok(pixel)) => expected[pixel.unwrap()] += 1,
+            }
+        }
+        assert!(counts == expected);
+        assert_eq!(uncounted, without);
+        assert_eq!(uncounted.outside > 0, outside > 0);
     }
 }
 
