@@ -192,6 +192,37 @@ pub fn recording<'a, D: Domain>(
 
 /// The same of many rows at once: `batch` appends what all rows of a block of numbers mean, which costs less than to be asked of each.
 ///
+/// ```
+/// # use warpcheck::verify::{Rows, RowsError};
+/// # struct Drawn(std::vec::IntoIter<f64>);
+/// # impl Rows for Drawn {
+/// #     fn width(&self) -> usize { 1 }
+/// #     fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
+/// #         let before = out.len();
+/// #         out.extend(self.0.by_ref().take(most));
+/// #         Ok(out.len() - before)
+/// #     }
+/// # }
+/// use warpcheck::domain::{Interval, Knots, Location};
+/// use warpcheck::verify::{Report, Settings, Verdict, recording_of_batches};
+///
+/// // Angles in degrees, of which three in four are below 45.
+/// let mut rng = warpcheck::random::stream(1, "batches", 0);
+/// let mut angle = || 45.0 * warpcheck::random::unit_f64(&mut rng) + if warpcheck::random::unit_f64(&mut rng) < 0.75 { 0.0 } else { 45.0 };
+/// let drawn: Vec<f64> = (0..50_000).map(|_| angle()).collect();
+/// let record = recording_of_batches(Interval::new(0.0, 90.0), Drawn(drawn.into_iter()), |degrees, out| {
+///     out.points.extend_from_slice(degrees)
+/// })?
+/// .knots(Knots { axes: [vec![0.5], vec![]] })
+/// .density_of_places(|places: &[Location], out| {
+///     out.extend(places.iter().map(|place| if place.at[0] < 0.5 { 0.75 / 45.0 } else { 0.25 / 45.0 }))
+/// })
+/// .positive_over(|_| true);
+/// let settings = Settings::default();
+/// assert_eq!(Report::new(vec![record.examine(&settings)?], &settings).verdict(), Verdict::Pass);
+/// # Ok::<(), RowsError>(())
+/// ```
+///
 /// # Errors
 /// As [`recording`].
 pub fn recording_of_batches<'a, D: Domain>(

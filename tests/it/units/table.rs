@@ -1,5 +1,5 @@
 use std::f64::consts::PI;
-use warpcheck::domain::{Cell, Disk, Domain, Hemisphere, Integrator, Interval, Location, Sphere, Square};
+use warpcheck::domain::{Cell, Discrete, Disk, Domain, Hemisphere, Integrator, Interval, Location, Sphere, Square};
 use warpcheck::foreign::*;
 
 /// The integral of the table in its own measure is that of its density in the domain's.
@@ -48,4 +48,23 @@ fn ranges_are_of_the_texels_around() {
     assert_eq!(disk.range(&glam::DVec2::new(-1e-3, 0.5)), [1.0, 3.0]);
     let few = Table::new(Interval::new(0.0, 1.0), 1, 2, vec![0.5, 1.5], Measure::Length).unwrap();
     assert_eq!(few.range(&0.9), [0.5, 1.5]);
+}
+
+/// All texels of a cell, and those that rounding may put its borders into.
+#[test]
+fn cells_of_positive_texels() {
+    let cell = |low: [f64; 2], high: [f64; 2]| Cell { patches: 0..1, low, high };
+    // Rows along y, columns along x: the texel of row 1, column 2 is black.
+    let values = vec![1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0];
+    let square = Table::new(Square, 3, 3, values, Measure::Area).unwrap();
+    assert!(square.is_positive_over(&cell([0.0, 0.0], [0.6, 1.0])));
+    assert!(square.is_positive_over(&cell([0.0, 0.7], [1.0, 1.0])));
+    assert!(!square.is_positive_over(&cell([0.6, 0.3], [0.7, 0.4])));
+    assert!(!square.is_positive_over(&cell([0.0, 0.0], [1.0, 1.0])));
+    // Up to a border of the black one.
+    assert!(!square.is_positive_over(&cell([0.0, 0.0], [2.0 / 3.0, 0.5])));
+    let entries = Table::new(Discrete::new(4), 1, 4, vec![0.5, 0.0, 0.25, 0.25], Measure::Mass).unwrap();
+    let run = |patches| Cell { patches, low: [0.0; 2], high: [1.0; 2] };
+    assert!(entries.is_positive_over(&run(2..4)) && entries.is_positive_over(&run(0..1)));
+    assert!(!entries.is_positive_over(&run(0..2)));
 }
