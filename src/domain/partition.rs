@@ -57,6 +57,17 @@ impl Knots {
         (*self == Self::grid(counts[0], counts[1])).then_some(counts)
     }
 
+    /// Rows and columns of texels, or of blocks of them as large as leaves no more than [`TEXELS`], if these are the lines of a grid.
+    fn blocks(&self) -> Option<[usize; 2]> {
+        let mut sides = self.even_grid()?;
+        while sides[0] * sides[1] > TEXELS {
+            let longer = usize::from(sides[1] > sides[0]);
+            let axis = [longer, 1 - longer].into_iter().find(|&axis| sides[axis] % 2 == 0)?;
+            sides[axis] /= 2;
+        }
+        Some(sides)
+    }
+
     /// Those strictly between `low` and `high`.
     pub(super) fn between(&self, axis: usize, low: f64, high: f64) -> &[f64] {
         let knots = &self.axes[axis];
@@ -123,7 +134,7 @@ const GUIDED_PATCHES: usize = 1 << 20;
 /// Squares, at most, and for each leaf; they cost little and spare a peak's samples nothing, all others nearly the whole way down.
 const SQUARES: usize = 1 << 17;
 const SQUARES_PER_LEAF: usize = 4;
-/// Texels up to which there is a square for each: cells keep to the lines between them, so that hardly a search goes on from there.
+/// Texels, or blocks of them, for each of which there is a square: cells keep to the lines between them, so that hardly a search goes on from there.
 const TEXELS: usize = 1 << 18;
 
 impl Guide {
@@ -224,7 +235,8 @@ const DEPTH_LIMIT: usize = 96;
 impl Partition {
     /// Cuts `domain` so that each leaf holds at most `per_leaf` of the pilots, as far as atoms allow.
     pub fn from_pilots(space: &dyn Space, pilots: Vec<Location>, knots: &Knots, per_leaf: usize) -> Self {
-        let mut whole = Self::within(space, Cell::whole(space), pilots, knots, per_leaf);
+        let blocks = knots.blocks().map_or_else(Knots::default, |[rows, columns]| Knots::grid(rows, columns));
+        let mut whole = Self::cut(space, Cell::whole(space), pilots, [knots, &blocks], per_leaf);
         whole.guide = Some(whole.guide_of(space, knots));
         whole
     }
@@ -233,8 +245,19 @@ impl Partition {
     pub fn within(
         space: &dyn Space,
         cell: Cell,
-        mut pilots: Vec<Location>,
+        pilots: Vec<Location>,
         knots: &Knots,
+        per_leaf: usize,
+    ) -> Self {
+        Self::cut(space, cell, pilots, [knots, &Knots::default()], per_leaf)
+    }
+
+    /// The same, where it may along the second of two sets of lines.
+    fn cut(
+        space: &dyn Space,
+        cell: Cell,
+        mut pilots: Vec<Location>,
+        knots: [&Knots; 2],
         per_leaf: usize,
     ) -> Self {
         let root = Node { cell, children: None, axis: 0, threshold: 0.0, leaves: 0..0 };
@@ -268,8 +291,8 @@ impl Partition {
             1 => [1 << bits, 1],
             _ => [1 << (bits / 2), 1 << (bits - bits / 2)],
         };
-        if let Some(texels) = knots.even_grid().filter(|[a, b]| a * b <= TEXELS && a * b > 1) {
-            sides = texels.map(|n| n as u32);
+        if let Some(blocks) = knots.blocks().filter(|[a, b]| a * b > 1) {
+            sides = blocks.map(|n| n as u32);
             while 2 * sides[0] as usize * sides[1] as usize <= squares {
                 // Along the axis of longer squares; an axis without texels has no length.
                 let axis = usize::from(space.axes() > 1 && sides[1] < sides[0]);
@@ -339,7 +362,7 @@ impl Partition {
         space: &dyn Space,
         node: usize,
         pilots: &mut [Location],
-        knots: &Knots,
+        knots: [&Knots; 2],
         per_leaf: usize,
         depth: usize,
     ) {
@@ -546,7 +569,7 @@ fn choose_split(
     space: &dyn Space,
     cell: &Cell,
     pilots: &mut [Location],
-    knots: &Knots,
+    [knots, blocks]: [&Knots; 2],
 ) -> Option<(usize, f64)> {
     if cell.patches.end - cell.patches.start > 1 {
         let middle = pilots.len() / 2;
@@ -564,7 +587,7 @@ fn choose_split(
     if let Some(split) = (0..space.axes()).find_map(|axis| middle_of_gap(cell, pilots, axis)) {
         return Some(split);
     }
-    let mut candidates: Vec<(f64, usize, f64)> = (0..space.axes())
+    let mut candidates: Vec<(f64, usize, [f64; 3])> = (0..space.axes())
         .map(|axis| {
             let (near, middle, far) =
                 (pilots.len() / 8, pilots.len() / 2, pilots.len() - 1 - pilots.len() / 8);
@@ -574,14 +597,18 @@ fn choose_split(
             let (low, median, high) = (rank(near), rank(middle), rank(far));
             let (mut a, mut b) = (cell.low, cell.high);
             (a[axis], b[axis]) = (low, high);
-            (space.extent(a, b)[axis], axis, median)
+            (space.extent(a, b)[axis], axis, [low, median, high])
         })
         .collect();
     candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
-    candidates.into_iter().find_map(|(_, axis, median)| {
+    candidates.into_iter().find_map(|(_, axis, [near, median, far])| {
         let (low, high) = (cell.low[axis], cell.high[axis]);
         let inside = knots.between(axis, low, high);
-        let threshold = if inside.is_empty() { median } else { nearest(median, inside) };
+        // Between blocks, if that leaves an eighth of the pilots on either side.
+        let block = Some(blocks.between(axis, low, high)).filter(|inside| !inside.is_empty());
+        let block = block.map(|inside| nearest(median, inside)).filter(|&x| near < x && x <= far);
+        let knot = || if inside.is_empty() { median } else { nearest(median, inside) };
+        let threshold = block.unwrap_or_else(knot);
         (threshold > low && threshold < high && high - low > 1e-13).then_some((axis + 1, threshold))
     })
 }
@@ -631,10 +658,11 @@ mod tests {
         let ring = Discrete::new(40);
         let on_a_line = |i: usize| Location { at: [peaked(i).at[0], 0.0], ..peaked(i) };
         let line = crate::domain::Interval::new(0.0, 1.0);
-        let cases: [(&dyn Space, Vec<Location>, Knots); 8] = [
+        let cases: [(&dyn Space, Vec<Location>, Knots); 9] = [
             (&Square, (0..4000).map(peaked).collect(), Knots::default()),
             (&Square, (0..4000).map(peaked).collect(), Knots::grid(3, 7)),
             (&Square, (0..4000).map(peaked).collect(), Knots::grid(200, 49)),
+            (&Square, (0..4000).map(peaked).collect(), Knots::grid(1500, 900)),
             (&Square, (0..4000).map(peaked).collect(), Knots::grid(1, 1000)),
             (&crate::domain::Sphere, (0..4000).map(peaked).collect(), Knots::default()),
             (&crate::domain::Sphere, (0..4000).map(peaked).collect(), Knots::grid(64, 128)),
@@ -672,7 +700,7 @@ mod tests {
         let pilots: Vec<Location> = (0..4000)
             .map(|i| Location { patch: 0, at: [(i as f64 / 4e3).powi(3), (i as f64 * 0.381_966) % 1.0] })
             .collect();
-        for knots in [Knots::default(), Knots::grid(20, 30), Knots::grid(200, 300)] {
+        for knots in [Knots::default(), Knots::grid(20, 30), Knots::grid(200, 300), Knots::grid(2048, 1024)] {
             let partition = Partition::from_pilots(&Square, pilots.clone(), &knots, 4);
             let squares = partition.squares().unwrap();
             let [rows, columns] = squares.sides;

@@ -1,5 +1,7 @@
 use std::f64::consts::PI;
-use warpcheck::domain::{Cell, Discrete, Disk, Domain, Hemisphere, Integrator, Interval, Location, Sphere, Square};
+use warpcheck::domain::{
+    Cell, Discrete, Disk, Domain, Hemisphere, Integrator, Interval, Location, Sphere, Square,
+};
 use warpcheck::foreign::*;
 
 /// The integral of the table in its own measure is that of its density in the domain's.
