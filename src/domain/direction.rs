@@ -94,8 +94,11 @@ fn locate_directions_roughly(
             let square = x[i] * x[i] + y[i] * y[i];
             // Who is nearly as long as a direction may be is looked at closely.
             let is_unit = (square + z[i] * z[i] - 1.0).abs() <= TOLERANCE as f32;
+            // So close to a pole numbers vanish.
+            let has_turn = square >= 1e-30;
             down[i] = turns::about_f32(square.sqrt(), z[i]) * turns_in_range;
-            around[i] = if is_unit & inside(z[i]) { turns::about_f32(y[i], x[i]) } else { f32::NAN };
+            around[i] =
+                if is_unit & has_turn & inside(z[i]) { turns::about_f32(y[i], x[i]) } else { f32::NAN };
         }
         out.extend((0..some.len()).map(|i| [down[i], around[i]]));
     }

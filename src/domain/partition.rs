@@ -57,12 +57,15 @@ impl Knots {
         (*self == Self::grid(counts[0], counts[1])).then_some(counts)
     }
 
-    /// Rows and columns of texels, or of blocks of them as large as leaves no more than [`TEXELS`], if these are the lines of a grid.
+    /// Rows and columns of texels, or of blocks of them as large as leaves no more than [`TEXELS`], or four times as many where sides can't be halved so
+    /// far, if these are the lines of a grid.
     fn blocks(&self) -> Option<[usize; 2]> {
         let mut sides = self.even_grid()?;
         while sides[0] * sides[1] > TEXELS {
             let longer = usize::from(sides[1] > sides[0]);
-            let axis = [longer, 1 - longer].into_iter().find(|&axis| sides[axis] % 2 == 0)?;
+            let Some(axis) = [longer, 1 - longer].into_iter().find(|&axis| sides[axis] % 2 == 0) else {
+                return (sides[0] * sides[1] <= 4 * TEXELS).then_some(sides);
+            };
             sides[axis] /= 2;
         }
         Some(sides)

@@ -195,10 +195,10 @@ const MOSTLY: f64 = 0.75;
 
 impl Quick {
     fn new(
+        probe: &dyn Probe,
         partition: &Partition,
         coarse: &Coarse,
         marginals: &[Marginal],
-        pilots: &[Location],
     ) -> Option<Self> {
         if coarse.of_leaf.len() >= usize::from(UNKNOWN) || !coarse.of_leaf.iter().any(|note| note.is_positive)
         {
@@ -223,11 +223,11 @@ impl Quick {
         let leaves = squares.leaves.iter().enumerate().map(leaf).collect();
         let slabs = slabs.into_iter().map(|slabs| slabs.into_iter().map(Option::unwrap_or_default).collect());
         let quick = Self { slabs: slabs.collect(), leaves, squares };
-        let places: Vec<[f32; 2]> = pilots.iter().map(|p| p.at.map(|x| x as f32)).collect();
-        let mut found = Vec::new();
-        quick.squares.find(&places, 0.0, &mut found);
+        let (pilots, mut places, mut found) = (probe.pilots()?, Vec::new(), Vec::new());
+        let error = probe.locate_roughly(&each_pilot(pilots, pilots), &mut places);
+        quick.squares.find(&places, error, &mut found);
         let known = found.iter().filter(|square| quick.leaf(**square) != UNKNOWN).count();
-        (known as f64 >= MOSTLY * pilots.len() as f64).then_some(quick)
+        (known as f64 >= MOSTLY * pilots as f64).then_some(quick)
     }
 
     /// The leaf of a square, or [`UNKNOWN`].
@@ -365,7 +365,7 @@ impl Expectation {
         let pilots = locations(probe, seed, "pilot", pilots as usize);
         let per_leaf = if space.axes() == 0 { 1 } else { PILOTS_PER_LEAF };
         let lines = lines(probe, &pilots);
-        let partition = Partition::from_pilots(space, pilots.clone(), knots, per_leaf);
+        let partition = Partition::from_pilots(space, pilots, knots, per_leaf);
         // An error t of all cells, at worst, adds n t^2 to the chi-square statistic: keep that well below its spread.
         let relative_tolerance = (0.5 / (samples as f64).sqrt()).clamp(1e-6, 1e-3);
         let integrator = Integrator { relative_tolerance, absolute_tolerance: 1e-9, max_evaluations: 20_000 };
@@ -420,7 +420,7 @@ impl Expectation {
         }
         let scales = scales(&partition, &leaves, samples);
         let coarse = Coarse::new(&scales, partition.leaves(), |cell| probe.is_positive_over(cell));
-        let quick = Quick::new(&partition, &coarse, &marginals, &pilots);
+        let quick = Quick::new(probe, &partition, &coarse, &marginals);
         Self {
             partition,
             leaves,

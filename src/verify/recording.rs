@@ -1,6 +1,6 @@
 //! Samples that somebody else drew, row by row, as the checks see them.
 //!
-//! The first rows are pilots: they say where cells are cut, and are not judged. The rest streams through a buffer of a million rows or so, however many there are. To
+//! The first rows are pilots: they say where cells are cut, and are not judged. The rest streams through a buffer of a quarter of a million rows or so, however many there are. To
 //! the checks a row is a variate: the number of the row plus 1 for those that are judged, and less than 1 for a pilot, so that what asks
 //! for a few samples of its own is given pilots.
 
@@ -86,13 +86,38 @@ impl<P> Batch<P> {
         }
     }
 
-    /// One more row.
+    /// One more row. A row without a density or weight where others have one has the density NaN, the weight 0.
     #[inline(always)]
     pub fn push(&mut self, row: Row<P>) {
+        let before = self.kept.len();
         self.kept.push(row.point.is_some());
         self.points.extend(row.point);
-        self.densities.extend(row.density);
-        self.weights.extend(row.weight);
+        for (column, number, none) in
+            [(&mut self.densities, row.density, f64::NAN), (&mut self.weights, row.weight, 0.0)]
+        {
+            if number.is_some() || !column.is_empty() {
+                column.resize(before, none);
+                column.push(number.unwrap_or(none));
+            }
+        }
+    }
+
+    /// Whether there is a point of each row that was kept, and a number of every row in the other columns.
+    fn is_whole(&self, rows: usize) -> bool {
+        let kept = self.kept.iter().filter(|kept| **kept).count();
+        let all = |column: usize| column == 0 || column == rows;
+        self.points.len() == if self.kept.is_empty() { rows } else { kept }
+            && [self.kept.len(), self.densities.len(), self.weights.len()].into_iter().all(all)
+    }
+
+    /// What there is of the rows that were kept, spread over all.
+    fn of_all<T: Clone>(&self, of_kept: Vec<T>, none: &T) -> Vec<T> {
+        if self.kept.is_empty() {
+            return of_kept;
+        }
+        let mut of_kept = of_kept.into_iter();
+        let of_row = |kept: &bool| if *kept { of_kept.next() } else { None };
+        self.kept.iter().map(of_row).map(|one| one.unwrap_or_else(|| none.clone())).collect()
     }
 }
 
@@ -231,7 +256,19 @@ pub fn recording_of_batches<'a, D: Domain>(
     batch: impl Fn(&[f64], &mut Batch<D::Point>) + Send + Sync + 'a,
 ) -> Result<Recording<'a, D>, RowsError> {
     let opened = Opened::new(Box::new(rows))?;
-    let mut first = Batch::default();
+    let (mut first, mut pilots) = (Batch::default(), Batch::default());
+    batch(&opened.pilots, &mut pilots);
+    let rows = opened.pilots.len() / opened.width;
+    if !pilots.is_whole(rows) {
+        return Err(format!(
+            "of {rows} rows {} points, {} densities and {} weights were made, and {} said to be kept or not: each column needs a number of every row",
+            pilots.points.len(),
+            pilots.densities.len(),
+            pilots.weights.len(),
+            pilots.kept.len()
+        )
+        .into());
+    }
     batch(&opened.pilots[..opened.width], &mut first);
     let columns = Columns { density: !first.densities.is_empty(), weight: !first.weights.is_empty() };
     Ok(Recording::of(domain, opened, columns, Box::new(batch)))
@@ -311,7 +348,8 @@ impl<'a, D: Domain> Recording<'a, D> {
         Self { cell_mass: Some(Box::new(mass)), ..self }
     }
 
-    /// Whether the density is known to be positive all over a cell. Then, after the first 65,536 samples, only each 64th in it is asked for its density.
+    /// Whether the density is known to be positive all over a cell. Then, after the first 65,536 samples, perhaps only each 64th in it is asked for its density: means of
+    /// 1 / density are of those that are.
     pub fn positive_over(self, is_positive: impl Fn(&Cell) -> bool + Send + Sync + 'a) -> Self {
         Self { positive_over: Some(Box::new(is_positive)), ..self }
     }
@@ -446,17 +484,13 @@ impl<D: Domain> Probe for Recording<'_, D> {
         let batch = self.rows_for(&self.held(), xi);
         let mut places = Vec::with_capacity(batch.points.len());
         self.domain.locate_many(&batch.points, &mut places);
-        if !batch.kept.is_empty() {
-            // Places of all rows, as there are densities of all.
-            let mut of_kept = places.into_iter();
-            places =
-                batch.kept.iter().map(|kept| if *kept { of_kept.next().flatten() } else { None }).collect();
-        }
+        let mut places = batch.of_all(places, &None);
+        places.resize(xi.len(), None); // what was lost is nowhere
         let fate = |i: usize| if batch.kept.get(i) == Some(&false) { Fate::Rejected } else { Fate::Outside };
         let given = self.columns.density;
         out.extend(places.iter().enumerate().map(|(i, place)| match place {
             Some(location) => {
-                let density = if given { batch.densities[i] } else { f64::NAN };
+                let density = batch.densities.get(i).filter(|_| given).copied().unwrap_or(f64::NAN);
                 Draw { fate: Fate::Drawn, location: *location, density, asked: density }
             }
             None => Draw::without_point(fate(i)),
@@ -495,11 +529,8 @@ impl<D: Domain> Probe for Recording<'_, D> {
         out.clear();
         let batch = self.rows_for(&self.held(), xi);
         let error = self.domain.locate_roughly(&batch.points, out);
-        if !batch.kept.is_empty() {
-            let mut of_kept = std::mem::take(out).into_iter();
-            let place = |kept: &bool| if *kept { of_kept.next() } else { None };
-            out.extend(batch.kept.iter().map(place).map(|place| place.unwrap_or([f32::NAN; 2])));
-        }
+        *out = batch.of_all(std::mem::take(out), &[f32::NAN; 2]);
+        out.resize(xi.len(), [f32::NAN; 2]);
         error
     }
 
@@ -685,6 +716,50 @@ mod tests {
             let read = most.min(self.0.len());
             out.extend(self.0.drain(..read));
             Ok(read)
+        }
+    }
+
+    /// A column has a number of every row, whoever has none; who forgets some is told.
+    #[test]
+    fn every_row_has_a_number() {
+        let mut batch = Batch::default();
+        let row = |point: Option<u8>, density: Option<f64>| Row { point, density, weight: density };
+        for row in [row(None, None), row(Some(1), Some(2.0)), row(None, None), row(Some(3), Some(4.0))] {
+            batch.push(row);
+        }
+        assert_eq!(
+            (batch.points.as_slice(), batch.kept.as_slice()),
+            (&[1, 3][..], &[false, true, false, true][..])
+        );
+        assert!(batch.densities[0].is_nan() && batch.densities[2].is_nan() && batch.densities.len() == 4);
+        assert_eq!(
+            (batch.densities[1], batch.densities[3], batch.weights.as_slice()),
+            (2.0, 4.0, &[0.0, 2.0, 0.0, 4.0][..])
+        );
+        assert!(batch.is_whole(4) && !batch.is_whole(3));
+        assert_eq!(batch.of_all(vec![5, 6], &0), [0, 5, 0, 6]);
+        let few = |numbers: &[f64], out: &mut Batch<f64>| {
+            out.points.extend(numbers.iter().filter(|x| **x < 0.5));
+        };
+        let numbers: Vec<f64> = (0..32).map(|i| f64::from(i * 7 % 32) / 32.0).collect();
+        let error = recording_of_batches(Interval::new(0.0, 1.0), Few(numbers.clone()), few).err().unwrap();
+        assert!(error.to_string().starts_with("of 4 rows 3 points, 0 densities"), "{error}");
+        // Those who were rejected have no density either.
+        let half = |numbers: &[f64]| {
+            let kept = numbers[0] < 0.5;
+            Row { point: kept.then_some(numbers[0]), density: kept.then_some(2.0), weight: None }
+        };
+        let recording = recording(Interval::new(0.0, 1.0), Few(numbers), half).unwrap();
+        let recording: &dyn Probe = &recording;
+        assert_eq!(recording.load(0, 28), 28);
+        let (mut draws, mut values) = (Vec::new(), Vec::new());
+        let xi: Vec<f64> = (1..=28).map(f64::from).collect();
+        recording.draw(&xi, 1, &mut draws, &mut values);
+        assert_eq!(draws.len(), 28);
+        for (draw, i) in draws.iter().zip(4..) {
+            let x = f64::from(i * 7 % 32) / 32.0;
+            assert_eq!(draw.fate, if x < 0.5 { Fate::Drawn } else { Fate::Rejected });
+            assert!(draw.fate == Fate::Rejected || (draw.density, draw.location.at[0]) == (2.0, x));
         }
     }
 

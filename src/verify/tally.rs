@@ -16,7 +16,7 @@ const BATCH: u64 = 64;
 const BATCH_OF_ROWS: u64 = 16;
 /// Shards that share a tally once there are finer cells than samples in a shard: to empty and to merge a tally costs as much as many samples.
 const SHARED: u64 = 8;
-const SHARED_ROWS: u64 = 4;
+const SHARED_ROWS: u64 = 2;
 /// Samples that are drawn in one go, few enough that all that is known of them stays in the nearest cache; of who pays for every question, more.
 const CHUNK: usize = 128;
 const SLOW_CHUNK: usize = 512;
@@ -210,6 +210,13 @@ pub(super) fn classes(expectation: &Expectation) -> usize {
     1 + expectation.scales.first().map_or(0, |scale| scale.cells.len())
 }
 
+/// How many samples are drawn until so many are weighed.
+pub(super) fn drawn_until(weighed: f64, expectation: &Expectation) -> f64 {
+    let first = (ASKED_ALWAYS * SHARD) as f64;
+    let rest = if expectation.quick.is_some() { HARDLY_ASKED as f64 } else { 1.0 };
+    weighed.min(first) + rest * (weighed - first).max(0.0)
+}
+
 /// Draws `settings.samples` samples, or fewer if stopped, if the time is up, or if `enough` says so of what was drawn so far. `enough` is asked
 /// after every shard, in order; beyond the first batch after every few.
 pub(super) fn draw(
@@ -230,7 +237,9 @@ pub(super) fn draw(
         let wanted = (batch * SHARD).min(settings.samples - next * SHARD);
         let loaded = probe.load(next * SHARD, wanted);
         let batch = loaded.div_ceil(SHARD);
-        let together = if next < BATCH || probe.is_slow() { 1 } else { shared };
+        // Who has a time to keep has few shards at a time.
+        let alone = next < BATCH || probe.is_slow() || settings.time.is_some();
+        let together = if alone { 1 } else { shared };
         let judge = || {
             crate::parallel::map(batch.div_ceil(together) as usize, |i| {
                 let mut tally = Tally::empty(probe, expectation);

@@ -146,8 +146,7 @@ fn inverse_density(check: &'static str, case: &Case<'_>, alone: bool) -> Vec<Fin
     let off = |figure: &Figure| figure.ratio.ln().abs();
     figures.sort_by(|(a, _), (b, _)| a.p.total_cmp(&b.p).then_with(|| off(b).total_cmp(&off(a))));
     let Some((worst, cell)) = figures.first() else {
-        // Those that were asked are some of all.
-        needed *= case.tally.samples as f64 / n;
+        needed = super::tally::drawn_until(needed, case.expectation);
         let (samples, round) = (case.tally.samples, 10_f64.powf(needed.log10().floor() - 1.0));
         let first = if needed < 1e12 {
             format!(" (it takes about {} at least)", (needed / round).ceil() * round)

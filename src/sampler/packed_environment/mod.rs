@@ -156,7 +156,8 @@ impl PackedEnvironment {
     /// The tables for a map.
     ///
     /// # Errors
-    /// If all is black; with guides if the map is wider than 65,536 texels; in both forms if it has 2^32 texels or more.
+    /// If all is black; with guides if the map is wider than 65,536 texels; if it has 2^32 texels or more, with guides in rows that are
+    /// filled up to multiples of 16.
     pub fn new(map: impl Into<Arc<RadianceMap>>, rows: RowWarp, form: Form) -> Result<Self, Error> {
         let map = map.into();
         let (width, height) = (map.width(), map.height());

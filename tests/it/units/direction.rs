@@ -60,7 +60,8 @@ fn rough_places_are_near() {
         domain.locate_roughly(&[DVec3::NAN, DVec3::splat(1.0), DVec3::ZERO, DVec3::INFINITY], &mut none);
         assert!(none.iter().all(|at| at[1].is_nan()), "{none:?}");
     }
-    let points = directions();
+    let mut points = directions();
+    points.extend([1e-20, 1e-39, 1e-50].map(|x| DVec3::new(x, x, 1.0)));
     near(&Sphere, &points);
     near(&Sphere, &points[3..]);
     near(&Hemisphere, &points);
