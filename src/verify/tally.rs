@@ -599,7 +599,7 @@ mod tests {
                 0 => phi = (phi * 10.0 / std::f64::consts::PI).round() * std::f64::consts::PI / 10.0,
                 1 => theta = (theta * 24.0 / std::f64::consts::PI).round() * std::f64::consts::PI / 24.0,
                 2 => phi = 0.0,
-                3 if i % 2 == 0 => theta = 0.0,
+                3 if i.is_multiple_of(2) => theta = 0.0,
                 3 => theta = std::f64::consts::FRAC_PI_2,
                 _ => {}
             }
