@@ -178,8 +178,6 @@ pub(crate) const NO_SQUARE: u32 = u32::MAX;
 pub(crate) struct Squares {
     /// Squares along each axis.
     pub sides: [usize; 2],
-    /// The leaf of each, row after row along the second axis; `None` if it is cut.
-    pub leaves: Vec<Option<usize>>,
 }
 
 impl Squares {
@@ -307,17 +305,15 @@ impl Partition {
         guide
     }
 
-    /// The squares of a domain of one patch and the leaves that they lie in.
-    pub(crate) fn squares(&self) -> Option<Squares> {
+    /// The squares of a domain of one patch, and the leaf that each lies in, row after row along the second axis; `None` if it is cut.
+    pub(crate) fn squares(&self) -> Option<(Squares, Vec<Option<usize>>)> {
         let guide = self.guide.as_ref().filter(|guide| guide.sides != [1, 1])?;
         let leaf = |&node: &u32| {
             let node = &self.nodes[node as usize];
             node.children.is_none().then_some(node.leaves.start)
         };
-        Some(Squares {
-            sides: guide.sides.map(|side| side as usize),
-            leaves: guide.nodes.iter().map(leaf).collect(),
-        })
+        let sides = guide.sides.map(|side| side as usize);
+        Some((Squares { sides }, guide.nodes.iter().map(leaf).collect()))
     }
 
     /// The lowest node that holds all of a patch, if it is cut by patches down to there.
@@ -705,7 +701,7 @@ mod tests {
             .collect();
         for knots in [Knots::default(), Knots::grid(20, 30), Knots::grid(200, 300), Knots::grid(2048, 1024)] {
             let partition = Partition::from_pilots(&Square, pilots.clone(), &knots, 4);
-            let squares = partition.squares().unwrap();
+            let (squares, leaves) = partition.squares().unwrap();
             let [rows, columns] = squares.sides;
             let (error, mut found, mut sure) = (1e-5_f32, Vec::new(), 0);
             // As far off as they may be, to all sides.
@@ -730,7 +726,7 @@ mod tests {
                 }
                 let square = [(at[0] * rows as f64) as u32, (at[1] * columns as f64) as u32];
                 assert_eq!([row, column], square, "{at:?}");
-                if let Some(leaf) = squares.leaves[row as usize * columns + column as usize] {
+                if let Some(leaf) = leaves[row as usize * columns + column as usize] {
                     sure += 1;
                     assert_eq!(partition.leaf_of(&Location { patch: 0, at: *at }), leaf);
                 }
@@ -740,7 +736,7 @@ mod tests {
         // Across a line there are no borders.
         let line = crate::domain::Interval::new(0.0, 1.0);
         let on_it = (0..400).map(|i| Location { patch: 0, at: [f64::from(i) / 400.0, 0.0] }).collect();
-        let squares = Partition::from_pilots(&line, on_it, &Knots::grid(10, 1), 40).squares().unwrap();
+        let (squares, _) = Partition::from_pilots(&line, on_it, &Knots::grid(10, 1), 40).squares().unwrap();
         let mut found = Vec::new();
         squares.find(&[[0.06, 0.0], [0.1, 0.0], [0.96, 0.0]], 1e-6, &mut found);
         let side = squares.sides[0] as f32;

@@ -204,7 +204,7 @@ impl Quick {
         {
             return None;
         }
-        let squares = partition.squares()?;
+        let (squares, leaves) = partition.squares()?;
         let sides = squares.sides;
         // Where a line cuts a row or column of squares there is no slab.
         let slab = |marginal: &Marginal, k: usize| {
@@ -220,7 +220,7 @@ impl Quick {
             leaf.filter(|&leaf| coarse.of_leaf[leaf].is_positive && !is_cut)
                 .map_or(UNKNOWN, |leaf| leaf as u16)
         };
-        let leaves = squares.leaves.iter().enumerate().map(leaf).collect();
+        let leaves = leaves.iter().enumerate().map(leaf).collect();
         let slabs = slabs.into_iter().map(|slabs| slabs.into_iter().map(Option::unwrap_or_default).collect());
         let quick = Self { slabs: slabs.collect(), leaves, squares };
         let (pilots, mut places, mut found) = (probe.pilots()?, Vec::new(), Vec::new());

@@ -110,6 +110,10 @@ impl<P> Batch<P> {
             && [self.kept.len(), self.densities.len(), self.weights.len()].into_iter().all(all)
     }
 
+    fn is_kept(&self, row: usize) -> bool {
+        self.kept.get(row) != Some(&false)
+    }
+
     /// What there is of the rows that were kept, spread over all.
     fn of_all<T: Clone>(&self, of_kept: Vec<T>, none: &T) -> Vec<T> {
         if self.kept.is_empty() {
@@ -256,7 +260,7 @@ pub fn recording_of_batches<'a, D: Domain>(
     batch: impl Fn(&[f64], &mut Batch<D::Point>) + Send + Sync + 'a,
 ) -> Result<Recording<'a, D>, RowsError> {
     let opened = Opened::new(Box::new(rows))?;
-    let (mut first, mut pilots) = (Batch::default(), Batch::default());
+    let mut pilots = Batch::default();
     batch(&opened.pilots, &mut pilots);
     let rows = opened.pilots.len() / opened.width;
     if !pilots.is_whole(rows) {
@@ -269,8 +273,7 @@ pub fn recording_of_batches<'a, D: Domain>(
         )
         .into());
     }
-    batch(&opened.pilots[..opened.width], &mut first);
-    let columns = Columns { density: !first.densities.is_empty(), weight: !first.weights.is_empty() };
+    let columns = Columns { density: !pilots.densities.is_empty(), weight: !pilots.weights.is_empty() };
     Ok(Recording::of(domain, opened, columns, Box::new(batch)))
 }
 
@@ -428,8 +431,8 @@ impl<'a, D: Domain> Recording<'a, D> {
     /// What the column of weights says, 0 of what was not kept.
     fn weights_of(&self, batch: &Batch<D::Point>, values: &mut Vec<f64>) {
         if self.integral.is_some() && self.columns.weight {
-            let is_kept = |i: usize| batch.kept.get(i) != Some(&false);
-            values.extend(batch.weights.iter().enumerate().map(|(i, w)| if is_kept(i) { *w } else { 0.0 }));
+            let of_row = |(i, weight): (usize, &f64)| if batch.is_kept(i) { *weight } else { 0.0 };
+            values.extend(batch.weights.iter().enumerate().map(of_row));
         }
     }
 
@@ -486,7 +489,7 @@ impl<D: Domain> Probe for Recording<'_, D> {
         self.domain.locate_many(&batch.points, &mut places);
         let mut places = batch.of_all(places, &None);
         places.resize(xi.len(), None); // what was lost is nowhere
-        let fate = |i: usize| if batch.kept.get(i) == Some(&false) { Fate::Rejected } else { Fate::Outside };
+        let fate = |i: usize| if batch.is_kept(i) { Fate::Outside } else { Fate::Rejected };
         let given = self.columns.density;
         out.extend(places.iter().enumerate().map(|(i, place)| match place {
             Some(location) => {
@@ -506,9 +509,8 @@ impl<D: Domain> Probe for Recording<'_, D> {
             }
             Some(Judge::Point(density)) => {
                 let mut points = batch.points.iter();
-                let mut point = |kept: bool| if kept { points.next() } else { None };
                 for (i, draw) in out.iter().enumerate() {
-                    let point = point(batch.kept.get(i) != Some(&false));
+                    let point = if batch.is_kept(i) { points.next() } else { None };
                     if draw.fate == Fate::Drawn && i % step == 0 {
                         theirs.extend(point.map(density));
                     }
