@@ -82,25 +82,29 @@ fn locate_directions_roughly(
     out: &mut Vec<[f32; 2]>,
     inside: impl Fn(f32) -> bool,
 ) {
-    const LANES: usize = 8;
+    const LANES: usize = 32;
     let turns_in_range = (TAU / range) as f32;
     for some in points.chunks(LANES) {
         let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         for (i, w) in some.iter().enumerate() {
             (x[i], y[i], z[i]) = (w.x as f32, w.y as f32, w.z as f32);
         }
-        let (mut down, mut around) = ([0.0; LANES], [0.0; LANES]);
+        let (mut sine, mut doubt) = ([0.0; LANES], [0.0; LANES]);
         for i in 0..LANES {
             let square = x[i] * x[i] + y[i] * y[i];
             // Who is nearly as long as a direction may be is looked at closely.
             let is_unit = (square + z[i] * z[i] - 1.0).abs() <= TOLERANCE as f32;
             // So close to a pole numbers vanish.
             let has_turn = square >= 1e-30;
-            down[i] = turns::about_f32(square.sqrt(), z[i]) * turns_in_range;
-            around[i] =
-                if is_unit & has_turn & inside(z[i]) { turns::about_f32(y[i], x[i]) } else { f32::NAN };
+            sine[i] = square.sqrt();
+            doubt[i] = if is_unit & has_turn & inside(z[i]) { 0.0 } else { f32::NAN };
         }
-        out.extend((0..some.len()).map(|i| [down[i], around[i]]));
+        let (down, around) = (turns::abouts_f32(&sine, &z), turns::abouts_f32(&y, &x));
+        let mut places = [[0.0; 2]; LANES];
+        for i in 0..LANES {
+            places[i] = [down[i] * turns_in_range, around[i] + doubt[i]];
+        }
+        out.extend_from_slice(&places[..some.len()]);
     }
 }
 

@@ -38,15 +38,14 @@ impl LatLong {
     #[inline]
     pub(crate) fn texels_of<const N: usize>(&self, [x, y, z]: &[[f64; N]; 3]) -> [(usize, usize); N] {
         let (width, height) = ((self.columns.len() - 1) as f64, (self.rows.len() - 1) as f64);
-        let (mut columns, mut rows) = ([0.0; N], [0.0; N]);
+        let mut sine = [0.0; N];
         for i in 0..N {
-            let sine = (x[i] * x[i] + y[i] * y[i]).sqrt();
-            rows[i] = 2.0 * turns::about(sine, z[i]) * height;
-            columns[i] = turns::about(y[i], x[i]) * width;
+            sine[i] = (x[i] * x[i] + y[i] * y[i]).sqrt();
         }
+        let (down, around) = (turns::abouts(&sine, z), turns::abouts(y, x));
         let mut texels = [(0, 0); N];
         for i in 0..N {
-            let (column, row) = (Guess::new(columns[i]), Guess::new(rows[i]));
+            let (column, row) = (Guess::new(around[i] * width), Guess::new(2.0 * down[i] * height));
             texels[i] =
                 if column.is_certain(turns::ERROR * width) & row.is_certain(2.0 * turns::ERROR * height) {
                     (column.interval, row.interval)

@@ -181,8 +181,8 @@ pub(crate) struct Squares {
 }
 
 impl Squares {
-    /// The squares along both axes that places known to within `error` lie in; [`NO_SQUARE`] along the first where that leaves a doubt.
-    pub fn find(&self, places: &[[f32; 2]], error: f32, out: &mut Vec<[u32; 2]>) {
+    /// The squares, row after row, that places known to within `error` lie in; [`NO_SQUARE`] where that leaves a doubt.
+    pub fn find(&self, places: &[[f32; 2]], error: f32, out: &mut Vec<u32>) {
         const LANES: usize = 8;
         // Adding 1.5 2^23 rounds to an integer and leaves it in the lower bits.
         const ROUND: f32 = 12_582_912.0;
@@ -199,12 +199,17 @@ impl Squares {
             for (i, at) in some.iter().enumerate() {
                 (a[i], b[i]) = (at[0], at[1]);
             }
-            let mut squares = [[0; 2]; LANES];
+            let mut squares = [0; LANES];
             for i in 0..LANES {
                 let (s, t) = (a[i] * sides[0] - 0.5, b[i] * sides[1] - 0.5);
                 let (k, l) = (s + ROUND, t + ROUND);
-                let is_sure = ((s - (k - ROUND)).abs() < reach[0]) & ((t - (l - ROUND)).abs() < reach[1]);
-                squares[i] = [if is_sure { k.to_bits() & BITS } else { NO_SQUARE }, l.to_bits() & BITS];
+                let (row, column) = (k - ROUND, l - ROUND);
+                let is_sure = ((s - row).abs() < reach[0]) & ((t - column).abs() < reach[1]);
+                let is_inside = (row >= 0.0) & (row < sides[0]) & (column >= 0.0) & (column < sides[1]);
+                // What is neither sure nor inside may be any number.
+                let first = (k.to_bits() & BITS).wrapping_mul(self.sides[1] as u32);
+                let square = first.wrapping_add(l.to_bits() & BITS);
+                squares[i] = if is_sure & is_inside { square } else { NO_SQUARE };
             }
             out.extend_from_slice(&squares[..some.len()]);
         }
@@ -710,23 +715,22 @@ mod tests {
             let off = |i: usize, x: f64, bit: usize| (x + if i & bit == 0 { 9e-6 } else { -9e-6 }) as f32;
             let mut rough: Vec<[f32; 2]> =
                 places.iter().enumerate().map(|(i, at)| [off(i, at[0], 1), off(i, at[1], 2)]).collect();
-            rough.extend([[f32::NAN, 0.5], [0.5, f32::NAN], [1.1, 0.3], [-1e-3, 0.2]]);
+            rough.extend([[f32::NAN, 0.5], [0.5, f32::NAN], [1.1, 0.3], [-1e-3, 0.2], [f32::MAX, -f32::MAX]]);
             squares.find(&rough, error, &mut found);
             assert_eq!(found.len(), rough.len());
-            let unknown = &found[places.len()..];
-            assert!(unknown.iter().all(|[row, _]| *row as usize >= rows), "{unknown:?}");
-            for (at, [row, column]) in places.iter().zip(found) {
+            assert_eq!(found[places.len()..], [NO_SQUARE; 5]);
+            for (at, square) in places.iter().zip(found) {
                 let inside = |x: f64, n: usize| {
                     let part = (x * n as f64).fract();
                     part > 2.5e-5 * n as f64 && part < 1.0 - 2.5e-5 * n as f64
                 };
-                if row == NO_SQUARE {
+                if square == NO_SQUARE {
                     assert!(!(inside(at[0], rows) && inside(at[1], columns)), "{at:?}");
                     continue;
                 }
-                let square = [(at[0] * rows as f64) as u32, (at[1] * columns as f64) as u32];
-                assert_eq!([row, column], square, "{at:?}");
-                if let Some(leaf) = leaves[row as usize * columns + column as usize] {
+                let [row, column] = [(at[0] * rows as f64) as usize, (at[1] * columns as f64) as usize];
+                assert_eq!(square as usize, row * columns + column, "{at:?}");
+                if let Some(leaf) = leaves[square as usize] {
                     sure += 1;
                     assert_eq!(partition.leaf_of(&Location { patch: 0, at: *at }), leaf);
                 }
@@ -740,7 +744,7 @@ mod tests {
         let mut found = Vec::new();
         squares.find(&[[0.06, 0.0], [0.1, 0.0], [0.96, 0.0]], 1e-6, &mut found);
         let side = squares.sides[0] as f32;
-        assert_eq!(found, [[(0.06 * side) as u32, 0], [NO_SQUARE, 0], [(0.96 * side) as u32, 0]]);
+        assert_eq!(found, [(0.06 * side) as u32, NO_SQUARE, (0.96 * side) as u32]);
         assert!(Partition::from_pilots(&Discrete::new(4), vec![], &Knots::default(), 4).squares().is_none());
     }
 }

@@ -32,38 +32,53 @@ pub(crate) fn sin_cos(turn: f64) -> (f64, f64) {
     )
 }
 
-/// How far [`about`] is off at most, in turns: 1e-5 radians and a few roundings.
+/// How far [`abouts`] are off at most, in turns: 1e-5 radians and a few roundings.
 pub(crate) const ERROR: f64 = 2e-6;
 
-macro_rules! about {
+macro_rules! abouts {
     ($name:ident, $float:ident, $of:literal) => {
-        /// The turn of the vector (x, y) in `[0, 1]` to within [`ERROR`]; under 1/2 (both included) for y >= 0, over it for y < 0.
+        /// The turn of each vector (x, y) in `[0, 1]` to within [`ERROR`]; under 1/2 (both included) for y >= 0, over it for y < 0.
         /// atan of a ratio up to 1 by Abramowitz and Stegun, 4.4.49.
         #[doc = $of]
         #[inline(always)]
-        pub(crate) fn $name(y: $float, x: $float) -> $float {
+        pub(crate) fn $name<const N: usize>(y: &[$float; N], x: &[$float; N]) -> [$float; N] {
             // Where directions fall is not to be predicted: signs are copied, and `max` need not care for NaN.
             let larger = |a: $float, b: $float| if a > b { a } else { b };
             let smaller = |a: $float, b: $float| if a < b { a } else { b };
-            let (long, short) = (larger(x.abs(), y.abs()), smaller(x.abs(), y.abs()));
-            let a = short / larger(long, $float::MIN_POSITIVE);
-            let b = a * a;
-            let atan =
-                a * (0.999_866 + b * (-0.330_299_5 + b * (0.180_141 + b * (-0.085_133 + b * 0.020_835_1))));
-            let eighth = atan * (0.5 * std::$float::consts::FRAC_1_PI);
-            let quarter = 0.125 - (0.125 - eighth).copysign(x.abs() - y.abs());
-            let half = 0.25 - (0.25 - quarter).copysign(x);
-            // -0 is no less than 0.
-            0.5 - (0.5 - half).copysign(y + 0.0)
+            // Step by step for all: one of them after the other would wait for each product.
+            let mut turns = [0.0; N];
+            for i in 0..N {
+                let (long, short) = (larger(x[i].abs(), y[i].abs()), smaller(x[i].abs(), y[i].abs()));
+                turns[i] = short / larger(long, $float::MIN_POSITIVE);
+            }
+            for a in &mut turns {
+                let b = *a * *a;
+                let atan = *a
+                    * (0.999_866 + b * (-0.330_299_5 + b * (0.180_141 + b * (-0.085_133 + b * 0.020_835_1))));
+                *a = atan * (0.5 * std::$float::consts::FRAC_1_PI);
+            }
+            for i in 0..N {
+                let quarter = 0.125 - (0.125 - turns[i]).copysign(x[i].abs() - y[i].abs());
+                let half = 0.25 - (0.25 - quarter).copysign(x[i]);
+                // -0 is no less than 0.
+                turns[i] = 0.5 - (0.5 - half).copysign(y[i] + 0.0);
+            }
+            turns
         }
     };
 }
-about!(about, f64, "");
-about!(
-    about_f32,
+abouts!(abouts, f64, "");
+abouts!(
+    abouts_f32,
     f32,
     "Twice as many fit into a vector register as of `f64`; vectors of 1e-38 and below have no turn."
 );
+
+/// The turn of one vector, as [`abouts`].
+#[inline(always)]
+pub(crate) fn about(y: f64, x: f64) -> f64 {
+    abouts(&[y], &[x])[0]
+}
 
 /// The angle of each vector (x, y) in `[0, 2 pi]`, to within 9e-16 (of itself below 1), as `atan2` has it but for negative ones, which are a turn further
 /// on; where that rounds to a whole turn, a whole turn.
@@ -132,7 +147,7 @@ mod tests {
             let ((sin, cos), (s, c)) = (sin_cos(turn), (TAU * turn).sin_cos());
             worst = worst.max((sin - s).abs()).max((cos - c).abs());
             worst_turn = worst_turn.max((about(s, c) - turn).abs());
-            worst_turn = worst_turn.max((f64::from(about_f32(s as f32, c as f32)) - turn).abs());
+            worst_turn = worst_turn.max((f64::from(abouts_f32(&[s as f32], &[c as f32])[0]) - turn).abs());
             let small = turn * 1e-3;
             worst_sine = worst_sine.max((sin_cos(small).0 / (TAU * small).sin() - 1.0).abs().min(1.0));
         }

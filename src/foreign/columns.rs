@@ -239,6 +239,11 @@ pub(super) fn are_names(words: &[String], some: bool) -> bool {
         && words.iter().all(|word| some || is_one_of(&COORDINATES, word) || is_one_of(&OTHERS, word))
 }
 
+/// Appends the points of rows that are nothing else.
+fn points<D: Coordinates, const N: usize>(domain: &D, rows: &[[f64; N]], out: &mut Vec<D::Point>) {
+    out.extend(rows.iter().map(|row| domain.point_of(row)));
+}
+
 impl Layout {
     /// From names of columns, in upper or lower case; without any, those of the point, and behind them perhaps the density.
     ///
@@ -420,17 +425,23 @@ impl Layout {
     pub fn batch<D: Coordinates>(
         &self,
         convention: &Convention<D>,
-        rows: &[f64],
+        numbers: &[f64],
         width: usize,
         out: &mut Batch<D::Point>,
     ) {
-        let rows = rows.chunks_exact(width);
+        let rows = numbers.chunks_exact(width);
         // As they stand there, which is asked once and not of each row.
         if let (Place::Run(columns), None, false) = (&self.place, self.kept, self.has_weight())
             && convention.frame == Frame::Z_UP
         {
             let (first, start) = (columns[0], out.points.len());
-            out.points.extend(rows.clone().map(|row| convention.domain.point_of(&row[first..])));
+            let domain = &convention.domain;
+            match (first, width) {
+                // Nothing but points, of a size that the compiler knows.
+                (0, 2) => points(domain, numbers.as_chunks::<2>().0, &mut out.points),
+                (0, 3) => points(domain, numbers.as_chunks::<3>().0, &mut out.points),
+                _ => out.points.extend(rows.clone().map(|row| domain.point_of(&row[first..]))),
+            }
             if let Some(column) = self.density {
                 let points = &out.points[start..];
                 let densities = rows.zip(points).map(|(row, point)| convention.density(point, row[column]));

@@ -161,7 +161,6 @@ pub(super) struct Coarse {
 pub(super) struct LeafNote {
     cell: u16,
     class: u16,
-    is_positive: bool,
 }
 
 impl LeafNote {
@@ -178,17 +177,26 @@ impl LeafNote {
 }
 
 /// What follows from the square that a sample lies in, where nothing else has to be known of it: neither a leaf nor a line of a marginal cuts the square,
-/// and its density is known to be positive.
+/// and its density is known to be positive. Squares of which the same follows are of one kind, so that a sample is counted once and not for each of that.
 pub(super) struct Quick {
-    pub squares: Squares,
-    /// The leaf of each, small enough for the cache.
-    leaves: Vec<u16>,
-    /// For each marginal, the slab of each row or column of squares.
-    pub slabs: Vec<Vec<u8>>,
+    squares: Squares,
+    /// The kind of each square, small enough for the cache.
+    of_squares: Vec<u16>,
+    /// Of each kind, the class that consecutive samples are tallied in, and the rest: nothing yet of [`UNKNOWN`].
+    pub classes: Vec<u16>,
+    kinds: Vec<Kind>,
 }
 
-/// The leaf of a square of which more has to be known.
-pub(super) const UNKNOWN: u16 = u16::MAX;
+/// What all samples in squares of one kind are counted for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+struct Kind {
+    leaf: usize,
+    /// The slab along each marginal.
+    slabs: [u8; 2],
+}
+
+/// The kind of squares of which more has to be known.
+pub(super) const UNKNOWN: u16 = 0;
 
 /// Share of the pilots that have to be known by their square, or it isn't worth to ask.
 const MOSTLY: f64 = 0.75;
@@ -200,8 +208,9 @@ impl Quick {
         coarse: &Coarse,
         marginals: &[Marginal],
     ) -> Option<Self> {
-        if coarse.of_leaf.len() >= usize::from(UNKNOWN) || !coarse.of_leaf.iter().any(|note| note.is_positive)
-        {
+        let is_positive: Vec<bool> =
+            partition.leaves().iter().map(|cell| probe.is_positive_over(cell)).collect();
+        if !is_positive.contains(&true) {
             return None;
         }
         let (squares, leaves) = partition.squares()?;
@@ -214,46 +223,74 @@ impl Quick {
         };
         let slabs: Vec<Vec<Option<u8>>> =
             marginals.iter().map(|m| (0..sides[m.axis]).map(|k| slab(m, k)).collect()).collect();
-        let leaf = |(square, leaf): (usize, &Option<usize>)| {
-            let at = [square / sides[1], square % sides[1]];
-            let is_cut = marginals.iter().zip(&slabs).any(|(m, slabs)| slabs[at[m.axis]].is_none());
-            leaf.filter(|&leaf| coarse.of_leaf[leaf].is_positive && !is_cut)
-                .map_or(UNKNOWN, |leaf| leaf as u16)
+        let kind = |square: usize, leaf: usize| {
+            let (mut kind, at) = (Kind { leaf, slabs: [0; 2] }, [square / sides[1], square % sides[1]]);
+            for ((slab, marginal), slabs) in kind.slabs.iter_mut().zip(marginals).zip(&slabs) {
+                *slab = slabs[at[marginal.axis]]?;
+            }
+            Some(kind)
         };
-        let leaves = leaves.iter().enumerate().map(leaf).collect();
-        let slabs = slabs.into_iter().map(|slabs| slabs.into_iter().map(Option::unwrap_or_default).collect());
-        let quick = Self { slabs: slabs.collect(), leaves, squares };
+        let (mut kinds, mut classes) = (vec![Kind::default()], vec![0]);
+        let mut numbers = HashMap::new();
+        let mut number = |kind: Kind| {
+            *numbers.entry(kind).or_insert_with(|| {
+                kinds.push(kind);
+                classes.push(coarse.note(kind.leaf).class());
+                kinds.len() - 1
+            })
+        };
+        let of_square = |(square, leaf): (usize, Option<usize>)| {
+            let kind = leaf.filter(|&leaf| is_positive[leaf]).and_then(|leaf| kind(square, leaf));
+            u16::try_from(kind.map_or(usize::from(UNKNOWN), &mut number)).ok()
+        };
+        let of_squares = leaves.into_iter().enumerate().map(of_square).collect::<Option<_>>()?;
+        let quick = Self { squares, of_squares, classes, kinds };
         let (pilots, mut places, mut found) = (probe.pilots()?, Vec::new(), Vec::new());
         let error = probe.locate_roughly(&each_pilot(pilots, pilots), &mut places);
         quick.squares.find(&places, error, &mut found);
-        let known = found.iter().filter(|square| quick.leaf(**square) != UNKNOWN).count();
+        let known = found.iter().filter(|square| quick.kind(**square) != UNKNOWN).count();
         (known as f64 >= MOSTLY * pilots as f64).then_some(quick)
     }
 
-    /// The leaf of a square, or [`UNKNOWN`].
+    /// The squares of places known to within `error`: see [`kind`](Self::kind).
+    pub fn find(&self, places: &[[f32; 2]], error: f32, out: &mut Vec<u32>) {
+        self.squares.find(places, error, out);
+    }
+
+    /// The kind of a square, or [`UNKNOWN`].
     #[inline]
-    pub fn leaf(&self, [row, column]: [u32; 2]) -> u16 {
-        let columns = self.squares.sides[1];
-        let square =
-            if (column as usize) < columns { row as usize * columns + column as usize } else { usize::MAX };
-        self.leaves.get(square).copied().unwrap_or(UNKNOWN)
+    pub fn kind(&self, square: u32) -> u16 {
+        self.of_squares.get(square as usize).copied().unwrap_or(UNKNOWN)
+    }
+
+    /// Adds what was counted of each kind to the counts of leaves and between lines, and begins anew.
+    pub fn settle(&self, counts: &mut [u32], per_leaf: &mut [u64], between_lines: &mut [Vec<u64>]) {
+        counts[usize::from(UNKNOWN)] = 0;
+        for (kind, count) in self.kinds.iter().zip(counts) {
+            let count = u64::from(std::mem::take(count));
+            per_leaf[kind.leaf] += count;
+            between_lines
+                .iter_mut()
+                .zip(kind.slabs)
+                .for_each(|(counts, slab)| counts[usize::from(slab)] += count);
+        }
     }
 }
 
 impl Coarse {
-    fn new(scales: &[Groups], leaves: &[Cell], is_positive: impl Fn(&Cell) -> bool) -> Self {
+    fn new(scales: &[Groups], leaves: usize) -> Self {
         let scales = scales[..scales.len().min(2)].to_vec();
         let mut cells = Vec::new();
         let mut number = HashMap::new();
         let rest = scales.first().map_or(0, |scale| scale.cells.len());
-        let of_leaf = leaves.iter().enumerate().map(|(leaf, of_domain)| {
+        let of_leaf = (0..leaves).map(|leaf| {
             let both = [0, 1].map(|i| scales.get(i).and_then(|scale| scale.of_leaf[leaf]));
             let cell = *number.entry(both).or_insert_with(|| {
                 cells.push(both);
                 cells.len() as u16 - 1 // of a hundred or so
             });
             let class = both[0].unwrap_or(rest) as u16;
-            LeafNote { cell, class, is_positive: is_positive(of_domain) }
+            LeafNote { cell, class }
         });
         let of_leaf = of_leaf.collect();
         Self { scales, cells, of_leaf }
@@ -331,7 +368,7 @@ impl Expectation {
             weights.iter().enumerate().map(|(leaf, w)| Resolved::new(space, &partition, leaf, w)).collect();
         let unknown = Integral { value: f64::NAN, error: f64::NAN, ..Integral::default() };
         let scales = scales(&partition, &leaves, samples);
-        let coarse = Coarse::new(&scales, partition.leaves(), |_| false);
+        let coarse = Coarse::new(&scales, partition.leaves().len());
         Self {
             partition,
             leaves,
@@ -419,7 +456,7 @@ impl Expectation {
             }
         }
         let scales = scales(&partition, &leaves, samples);
-        let coarse = Coarse::new(&scales, partition.leaves(), |cell| probe.is_positive_over(cell));
+        let coarse = Coarse::new(&scales, partition.leaves().len());
         let quick = Quick::new(probe, &partition, &coarse, &marginals);
         Self {
             partition,
@@ -836,15 +873,13 @@ mod tests {
         };
         let scales =
             [groups([Some(0), Some(0), None], 1), groups([Some(0), Some(1), None], 2), groups([None; 3], 0)];
-        let leaf = |low: f64| Cell { patches: 0..1, low: [low, 0.0], high: [1.0; 2] };
-        let leaves = [leaf(0.0), leaf(0.1), leaf(0.2)];
-        let coarse = Coarse::new(&scales, &leaves, |cell| cell.low[0] == 0.1);
+        let coarse = Coarse::new(&scales, 3);
         assert_eq!(coarse.cells, [[Some(0), Some(0)], [Some(0), Some(1)], [None, None]]);
         assert_eq!(coarse.scales.len(), 2);
         let notes = [0, 1, 2].map(|leaf| coarse.note(leaf));
-        let notes = notes.map(|note| (note.cell(), note.class(), note.is_positive));
-        assert_eq!(notes, [(0, 0, false), (1, 0, true), (2, 1, false)]);
-        let alike = Coarse::new(&scales[..1], &leaves, |_| true);
+        let notes = notes.map(|note| (note.cell(), note.class()));
+        assert_eq!(notes, [(0, 0), (1, 0), (2, 1)]);
+        let alike = Coarse::new(&scales[..1], 3);
         assert_eq!((alike.cells.as_slice(), alike.note(1).cell()), (&[[Some(0), None], [None, None]][..], 0));
     }
 

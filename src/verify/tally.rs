@@ -243,10 +243,12 @@ pub(super) fn draw(
         let judge = || {
             crate::parallel::map(batch.div_ceil(together) as usize, |i| {
                 let mut tally = Tally::empty(probe, expectation);
+                let mut counter = Counter::new(probe, expectation);
                 for shard in i as u64 * together..batch.min((i as u64 + 1) * together) {
                     let count = SHARD.min(loaded - shard * SHARD);
-                    draw_shard(probe, expectation, settings.seed, next + shard, count, &mut tally);
+                    draw_shard(&mut counter, settings.seed, next + shard, count, &mut tally);
                 }
+                counter.settle(&mut tally);
                 tally
             })
         };
@@ -275,18 +277,12 @@ pub(super) fn draw(
     total
 }
 
-fn draw_shard(
-    probe: &dyn Probe,
-    expectation: &Expectation,
-    seed: u64,
-    shard: u64,
-    count: u64,
-    tally: &mut Tally,
-) {
+fn draw_shard(counter: &mut Counter, seed: u64, shard: u64, count: u64, tally: &mut Tally) {
+    let (probe, expectation) = (counter.probe, counter.expectation);
     let mut rng = stream(seed, "verify", shard);
     let dimensions = probe.dimensions().max(1);
     tally.samples += count;
-    let mut counter = Counter::new(probe, expectation);
+    counter.previous = None;
     let ask = if shard < ASKED_ALWAYS { 1 } else { ASKED_RARELY };
     let quick = expectation.quick.as_ref().filter(|_| shard >= ASKED_ALWAYS && tally.known.is_empty());
     let chunk = match quick {
@@ -334,7 +330,9 @@ struct Counter<'a> {
     notes: Vec<LeafNote>,
     classes: Vec<u16>,
     places: Vec<[f32; 2]>,
-    squares: Vec<[u32; 2]>,
+    squares: Vec<u32>,
+    /// Samples of each kind of squares that are not in a tally yet.
+    of_kinds: Vec<u32>,
 }
 
 impl<'a> Counter<'a> {
@@ -354,6 +352,14 @@ impl<'a> Counter<'a> {
             classes: Vec::new(),
             places: Vec::new(),
             squares: Vec::new(),
+            of_kinds: vec![0; expectation.quick.as_ref().map_or(0, |quick| quick.classes.len())],
+        }
+    }
+
+    /// Adds what isn't there yet to the tally.
+    fn settle(&mut self, tally: &mut Tally) {
+        if let Some(quick) = &self.expectation.quick {
+            quick.settle(&mut self.of_kinds, &mut tally.per_leaf, &mut tally.between_lines);
         }
     }
 
@@ -361,26 +367,18 @@ impl<'a> Counter<'a> {
     fn quickly(&mut self, quick: &Quick, xi: &[f64], tally: &mut Tally) {
         let (mut places, mut squares) = (std::mem::take(&mut self.places), std::mem::take(&mut self.squares));
         let error = self.probe.locate_roughly(xi, &mut places);
-        quick.squares.find(&places, error, &mut squares);
+        quick.find(&places, error, &mut squares);
         // Squares are all over the memory: a loop with nothing else in it waits for many at once.
-        let mut leaves = [UNKNOWN; QUICK_CHUNK];
-        leaves.iter_mut().zip(&squares).for_each(|(leaf, square)| *leaf = quick.leaf(*square));
-        leaves.iter_mut().step_by(HARDLY_ASKED).for_each(|leaf| *leaf = UNKNOWN);
-        let leaves = &leaves[..squares.len()];
+        let mut kinds = [UNKNOWN; QUICK_CHUNK];
+        kinds.iter_mut().zip(&squares).for_each(|(kind, square)| *kind = quick.kind(*square));
+        kinds.iter_mut().step_by(HARDLY_ASKED).for_each(|kind| *kind = UNKNOWN);
         let mut classes = [0; QUICK_CHUNK];
         let (mut which, mut others) = ([0; QUICK_CHUNK], 0);
-        for (i, (class, &leaf)) in classes.iter_mut().zip(leaves).enumerate() {
+        for (i, (class, &kind)) in classes.iter_mut().zip(&kinds[..squares.len()]).enumerate() {
             which[others] = i;
-            others += usize::from(leaf == UNKNOWN);
-            if leaf != UNKNOWN {
-                *class = self.expectation.coarse.note(usize::from(leaf)).class();
-                tally.per_leaf[usize::from(leaf)] += 1;
-            }
-        }
-        for (axis, (counts, slabs)) in tally.between_lines.iter_mut().zip(&quick.slabs).enumerate() {
-            for (square, _) in squares.iter().zip(leaves).filter(|(_, leaf)| **leaf != UNKNOWN) {
-                counts[usize::from(slabs[square[axis] as usize])] += 1;
-            }
+            others += usize::from(kind == UNKNOWN);
+            *class = quick.classes[usize::from(kind)];
+            self.of_kinds[usize::from(kind)] += 1;
         }
         let which = &which[..others];
         let dimensions = xi.len() / squares.len().max(1);
