@@ -5,7 +5,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 seconds=${1:-60}
 targets=("${@:2}")
-((${#targets[@]})) || targets=(hdr exr obj mtl scene)
+((${#targets[@]})) || targets=(hdr exr obj mtl scene samples)
 
 # The seeds: small files under fuzz/seeds, and what ships.
 declare -A shipped=([obj]=data/scene/cornell_measured.obj [mtl]="data/scene/*.mtl" [scene]="data/scene/*.toml")

@@ -10,6 +10,16 @@ pub(super) fn has_decimal_comma(text: &str) -> bool {
     })
 }
 
+/// What stands in a file, as a part of a sentence: in one line, not too long, and with nothing that a terminal obeys.
+pub(super) fn in_line(text: &str) -> String {
+    const LONGEST: usize = 200;
+    let mut line = String::new();
+    for c in text.chars().take(LONGEST) {
+        if c.is_control() { line.extend(c.escape_debug()) } else { line.push(c) }
+    }
+    if text.chars().nth(LONGEST).is_some() { line + "…" } else { line }
+}
+
 fn hint(text: &str) -> &'static str {
     if has_decimal_comma(text) { " (decimal commas can't be read)" } else { "" }
 }

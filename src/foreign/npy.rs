@@ -2,7 +2,7 @@
 
 use super::binary::{BinaryRows, SideBySide, numpy_type};
 use super::columns::Number;
-use super::error::ReadError;
+use super::error::{ReadError, in_line};
 use crate::verify::Rows;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -25,6 +25,8 @@ pub struct NpyHeader {
 pub(super) const MAGIC: &[u8; 6] = b"\x93NUMPY";
 /// A header longer than this is none.
 const LONGEST: usize = 1 << 20;
+/// NumPy has no arrays of more.
+const MOST_AXES: usize = 64;
 
 impl NpyHeader {
     /// Reads the header of an array, and not a byte more.
@@ -62,8 +64,9 @@ impl NpyHeader {
         let mut text = vec![0; length];
         reader.read_exact(&mut text).map_err(ends)?;
         let text = String::from_utf8_lossy(&text);
-        let mut header =
-            parse(&text).map_err(|why| wrong(format!("{why} in its header `{}`", text.trim_end())))?;
+        let mut header = parse(&text).map_err(|why| {
+            wrong(format!("{} in its header `{}`", in_line(&why), in_line(text.trim_end())))
+        })?;
         header.bytes = before + length as u64;
         Ok(header)
     }
@@ -164,6 +167,9 @@ fn parse(text: &str) -> Result<NpyHeader, String> {
                 while !python.skip(")") {
                     sizes.push(python.number()?);
                     python.skip(",");
+                    if sizes.len() > MOST_AXES {
+                        return Err(format!("its shape has more than {MOST_AXES} axes"));
+                    }
                 }
                 shape = Some(sizes);
             }

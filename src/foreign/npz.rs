@@ -1,7 +1,7 @@
 //! NumPy's `.npz`: a zip archive of arrays, as they are or deflated. Each is read by a thread of its own, so that none has to fit into memory.
 
 use super::binary::SideBySide;
-use super::error::ReadError;
+use super::error::{ReadError, in_line};
 use super::npy::{self, Named, NpyHeader};
 use std::fs::File;
 use std::io::Read;
@@ -74,7 +74,7 @@ pub(super) fn rows(path: &Path) -> Result<Named, ReadError> {
     }
     let (mut all, mut names, mut first) = (Vec::new(), Vec::new(), None::<(String, u64)>);
     for (index, array) in arrays.iter().enumerate() {
-        let column = array.strip_suffix(".npy").unwrap_or(array);
+        let column = in_line(array.strip_suffix(".npy").unwrap_or(array));
         let label = format!("{name}, array `{column}`");
         let mut reader = member(path.to_owned(), index);
         let header = NpyHeader::read(&label, &mut reader)?;
@@ -84,12 +84,12 @@ pub(super) fn rows(path: &Path) -> Result<Named, ReadError> {
                 let why = format!("it has {count} rows, but `{other}` has {rows}");
                 return Err(ReadError::Header { name: label, why });
             }
-            _ => first = first.or(Some((column.to_owned(), count))),
+            _ => first = first.or(Some((column.clone(), count))),
         }
         let (rows, fields) = npy::rows(&label, &header, Box::new(reader), None)?;
         match (columns, fields.is_empty()) {
             (_, false) => names.extend(fields),
-            (1, true) => names.push(column.to_owned()),
+            (1, true) => names.push(column),
             // Named by the domain: see `source`.
             (_, true) => names.extend((0..columns).map(|_| String::new())),
         }

@@ -2,7 +2,7 @@
 //! out, but for one right above the numbers that names the columns, as NumPy's `savetxt` writes it.
 
 use super::columns::are_names;
-use super::error::{ReadError, has_decimal_comma};
+use super::error::{ReadError, has_decimal_comma, in_line};
 use super::npy::Named;
 use crate::verify::{Rows, RowsError};
 use std::io::Read;
@@ -156,7 +156,7 @@ pub(super) fn rows(name: &str, reader: Box<dyn Read + Send>) -> Result<Named, Re
     // A line of names has no number in it; what has some is a row, and is wrong where it has none.
     let has_names = record.iter().all(|field| number(field).is_none());
     let names: Vec<String> = if has_names {
-        record.iter().map(|field| String::from_utf8_lossy(field).into_owned()).collect()
+        record.iter().map(|field| in_line(&String::from_utf8_lossy(field))).collect()
     } else {
         comment.filter(|names| names.len() == width).unwrap_or_default()
     };
@@ -202,7 +202,8 @@ impl Rows for TextRows {
             for (i, field) in record.iter().enumerate() {
                 let Some(value) = number(field) else {
                     let column = self.names.get(i).cloned().unwrap_or_else(|| format!("column {i}"));
-                    let text = String::from_utf8_lossy(field).chars().take(40).collect();
+                    let text: String = String::from_utf8_lossy(field).chars().take(40).collect();
+                    let text = in_line(&text);
                     return Err(ReadError::Field { name: name(), row, line, column, text }.into());
                 };
                 out.push(value);

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 use std::{fs, io};
+use warpcheck::foreign::NpyHeader;
 use warpcheck::picture::{Flaw, decode, decode_planes};
 use warpcheck::scene::{Error, Material, Mesh, Scene};
 
@@ -111,4 +112,24 @@ fn what_is_no_regular_file_is_not_waited_for() {
         let error = refused.unwrap_err().to_string();
         assert_eq!(error, "cannot read /dev/zero: not a regular file");
     }
+}
+
+/// What a message quotes from a file doesn't break its line, isn't obeyed by a terminal, and isn't a megabyte.
+#[test]
+fn quoted_input_stays_in_a_line() {
+    let message = |header: &str| {
+        let mut bytes = b"\x93NUMPY\x02\0".to_vec();
+        bytes.extend((header.len() as u32).to_le_bytes());
+        bytes.extend(header.as_bytes());
+        NpyHeader::read("a.npy", &mut &bytes[..]).unwrap_err().to_string()
+    };
+    let long = format!("{{'descr': '{}'}}", "f".repeat(100_000));
+    let axes = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({})}}", "1,".repeat(9000));
+    let odd = "{'\u{1b}[31mdescr\r\n': '<f8'}";
+    for header in [&long, &axes, odd] {
+        let message = message(header);
+        assert!(!message.contains(char::is_control) && message.len() < 1000, "{message}");
+    }
+    assert!(message(odd).contains(r"`\u{1b}[31mdescr\r\n`"), "{}", message(odd));
+    assert!(message(&axes).contains("more than 64 axes"), "{}", message(&axes));
 }
