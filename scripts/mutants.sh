@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Mutants of a folder and the tests that judge it: `scripts/mutants.sh [statistics|sampler|verify] [SHARD] [OPTION …]`, SHARD like 0/20 (every
-# twentieth mutant). Needs `cargo install cargo-mutants --locked`. All of it takes the better part of a day; what a run found is in docs/mutants.md.
+# twentieth mutant). Needs `cargo install cargo-mutants --locked`. All of it takes days on two cores; what a run found is in docs/mutants.md.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 folders=("${1:-statistics}")

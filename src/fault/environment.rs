@@ -264,7 +264,7 @@ pub(super) fn faults() -> Vec<Fault> {
             MAP,
             || placed(|[u, v]| [u, v * HEIGHT as f64 / (HEIGHT + 1) as f64], uv),
         )
-        .seen("gkjohnson/three-gpu-pathtracer #541 (the last pixel can never be sampled), mmp/pbrt-v3 #63 (poles)")
+        .seen("gkjohnson/three-gpu-pathtracer #541 (the last pixel can never be sampled)")
         .caught(&["chi-square"], &["stretched along theta"]),
         Fault::new(
             "environment/seam-over-1",

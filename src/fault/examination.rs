@@ -170,7 +170,7 @@ pub fn examine(fault: &Fault, plan: &Plan) -> Option<Outcome> {
         of: needed.len() as u64,
         samples: if specimen.counts_samples() { median(needed) } else { None },
         diagnosed,
-        unknown: diagnosis.is_some_and(|diagnosis| !diagnosis.explains),
+        unknown: diagnosis.is_none_or(|diagnosis| !diagnosis.explains),
         help: match diagnosis {
             None => Help::CheckName,
             Some(_) if specimen.has_rivals() => Help::Rivals,

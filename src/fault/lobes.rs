@@ -172,7 +172,7 @@ pub(super) fn faults() -> Vec<Fault> {
                     .into()
             },
         )
-        .seen("NVIDIAGameWorks/Falcor #212, mmp/pbrt-v4 #479")
+        .seen("NVIDIAGameWorks/Falcor #212")
         .caught(&["chi-square"], &["the roughness not squared again"]),
         Fault::new("lobes/masking-missing", "the density of visible normals lacks G1", GGX, || {
             claiming(ggx(0.5), |lobe, w| Sampler::density(lobe, &w) / masking(0.5)).into()
@@ -182,7 +182,7 @@ pub(super) fn faults() -> Vec<Fault> {
         Fault::new("lobes/beckmann-tangent", "the tangent of the half vector is its square", NORMALS, || {
             beckmann(|squared| squared)
         })
-        .seen("Twinklebear/ChameleonRT #22 (the same with GTR2)")
+        .seen("Twinklebear/ChameleonRT #22 (GTR2, where the cosine lacks its root)")
         .caught(&["chi-square"], &[])
         .held_back(),
         Fault::new(
