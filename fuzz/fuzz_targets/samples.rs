@@ -1,4 +1,4 @@
-//! Any bytes as a file of samples (NumPy arrays and archives, text, bare numbers) of directions: rows of finite numbers, or a sentence.
+//! Any bytes as a file of samples (NumPy arrays and archives, text, bare numbers) of directions: whole rows, or a sentence.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

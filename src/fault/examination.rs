@@ -84,7 +84,7 @@ pub struct Outcome {
     pub samples: Option<u64>,
     /// Whether what was said of it at the whole budget and the first seed is right.
     pub diagnosed: bool,
-    /// Whether it was said that nothing that is known explains the samples: not right, but not wrong either.
+    /// Whether it was said that nothing that is known explains the samples, or nothing was said: not right, but not wrong either.
     pub unknown: bool,
     /// What helped the diagnosis.
     pub help: Help,

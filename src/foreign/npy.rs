@@ -212,7 +212,7 @@ pub(super) fn rows(
             Vec::new(),
         ));
     }
-    let (names, numbers) = header.fields.iter().cloned().unzip();
+    let (names, numbers) = header.fields.iter().map(|(name, number)| (in_line(name), *number)).unzip();
     Ok((Box::new(BinaryRows::new(name, reader, numbers, Some(count))), names))
 }
 

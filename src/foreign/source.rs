@@ -2,7 +2,7 @@
 
 use super::binary::BinaryRows;
 use super::columns::{Columns, DENSITY_IS_FIRST, Kind, Layout, Number, density_is_first};
-use super::error::{ReadError, in_line};
+use super::error::ReadError;
 use super::npy::{self, NpyHeader};
 use super::{Convention, Coordinates, npz, text};
 use crate::verify::{Rows, RowsError};
@@ -140,8 +140,6 @@ impl Opened {
             let text = magic.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&magic).to_vec();
             text::rows(&name, Box::new(std::io::Cursor::new(text).chain(reader)))?
         };
-        // Those of fields are as the header has them.
-        let names = names.iter().map(|name| in_line(name)).collect();
         let bytes = if magic.starts_with(npy::MAGIC) { None } else { typed };
         Ok(Self { name, rows, names, bytes })
     }

@@ -156,10 +156,11 @@ pub(super) fn rows(name: &str, reader: Box<dyn Read + Send>) -> Result<Named, Re
     // A line of names has no number in it; what has some is a row, and is wrong where it has none.
     let has_names = record.iter().all(|field| number(field).is_none());
     let names: Vec<String> = if has_names {
-        record.iter().map(|field| in_line(&String::from_utf8_lossy(field))).collect()
+        record.iter().map(|field| String::from_utf8_lossy(field).into_owned()).collect()
     } else {
         comment.filter(|names| names.len() == width).unwrap_or_default()
     };
+    let names: Vec<String> = names.iter().map(|name| in_line(name)).collect();
     let rows = TextRows {
         name: name.to_owned(),
         reader,

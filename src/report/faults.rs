@@ -21,7 +21,7 @@ const LEGEND: &str = "\
 caught by: the first check that failed of the whole samples, and how many more did; (!): none of those that were to catch it
 samples: the fewest of 1k, 2k, 5k, 10k, … with which it is caught, the median over the seeds; -: nothing is drawn, or most seeds don't catch it
 seeds: with how many it is caught, of those that it was tried with; one where chance has no part
-diagnosis: of the whole samples of the first seed; unknown: that nothing known explains them, or nothing
+diagnosis: of the whole samples of the first seed; unknown: that nothing known explains them, or nothing is said
 ";
 
 /// A line for every fault, and the score.

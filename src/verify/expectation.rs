@@ -179,7 +179,7 @@ impl LeafNote {
 /// What follows from the square that a sample lies in, where nothing else has to be known of it: neither a leaf nor a line of a marginal cuts the square,
 /// and its density is known to be positive. Squares of which the same follows are of one kind, so that a sample is counted once and not for each of that.
 pub(super) struct Quick {
-    squares: Squares,
+    pub squares: Squares,
     /// The kind of each square, small enough for the cache.
     of_squares: Vec<u16>,
     /// Of each kind, the class that consecutive samples are tallied in, and the rest: nothing yet of [`UNKNOWN`].
@@ -252,22 +252,16 @@ impl Quick {
         (known as f64 >= MOSTLY * pilots as f64).then_some(quick)
     }
 
-    /// The squares of places known to within `error`: see [`kind`](Self::kind).
-    pub fn find(&self, places: &[[f32; 2]], error: f32, out: &mut Vec<u32>) {
-        self.squares.find(places, error, out);
-    }
-
     /// The kind of a square, or [`UNKNOWN`].
     #[inline]
     pub fn kind(&self, square: u32) -> u16 {
         self.of_squares.get(square as usize).copied().unwrap_or(UNKNOWN)
     }
 
-    /// Adds what was counted of each kind to the counts of leaves and between lines, and begins anew.
-    pub fn settle(&self, counts: &mut [u32], per_leaf: &mut [u64], between_lines: &mut [Vec<u64>]) {
-        counts[usize::from(UNKNOWN)] = 0;
-        for (kind, count) in self.kinds.iter().zip(counts) {
-            let count = u64::from(std::mem::take(count));
+    /// Adds what was counted of each kind that is known to the counts of leaves and between lines.
+    pub fn settle(&self, counts: &[u32], per_leaf: &mut [u64], between_lines: &mut [Vec<u64>]) {
+        for (kind, &count) in self.kinds.iter().zip(counts).skip(usize::from(UNKNOWN) + 1) {
+            let count = u64::from(count);
             per_leaf[kind.leaf] += count;
             between_lines
                 .iter_mut()

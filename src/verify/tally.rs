@@ -357,9 +357,9 @@ impl<'a> Counter<'a> {
     }
 
     /// Adds what isn't there yet to the tally.
-    fn settle(&mut self, tally: &mut Tally) {
+    fn settle(self, tally: &mut Tally) {
         if let Some(quick) = &self.expectation.quick {
-            quick.settle(&mut self.of_kinds, &mut tally.per_leaf, &mut tally.between_lines);
+            quick.settle(&self.of_kinds, &mut tally.per_leaf, &mut tally.between_lines);
         }
     }
 
@@ -367,7 +367,7 @@ impl<'a> Counter<'a> {
     fn quickly(&mut self, quick: &Quick, xi: &[f64], tally: &mut Tally) {
         let (mut places, mut squares) = (std::mem::take(&mut self.places), std::mem::take(&mut self.squares));
         let error = self.probe.locate_roughly(xi, &mut places);
-        quick.find(&places, error, &mut squares);
+        quick.squares.find(&places, error, &mut squares);
         // Squares are all over the memory: a loop with nothing else in it waits for many at once.
         let mut kinds = [UNKNOWN; QUICK_CHUNK];
         kinds.iter_mut().zip(&squares).for_each(|(kind, square)| *kind = quick.kind(*square));
