@@ -20,8 +20,8 @@ use warpcheck::picture::{Compression, write_atomically, write_planes, write_png}
 use warpcheck::report;
 use warpcheck::sampler::{Sampler, luminance};
 use warpcheck::verify::{
-    Against, Batch, Diagnosis, Examination, Recording, Report, Rows, Settings, Verdict, compare_recordings,
-    recording, recording_of_batches,
+    Against, Batch, Diagnosis, Examination, Piece, Recording, Report, Rows, Settings, Verdict,
+    compare_recordings, recording, recording_of_pieces,
 };
 
 #[derive(Args)]
@@ -429,9 +429,8 @@ fn recorded<'a, D: Coordinates>(
     layout: &'a Layout,
 ) -> Result<Recording<'a, D>> {
     let width = rows.width();
-    let batch =
-        move |numbers: &[f64], out: &mut Batch<D::Point>| layout.batch(convention, numbers, width, out);
-    recording_of_batches(convention.domain.clone(), rows, batch).map_err(plain)
+    let batch = move |rows: Piece<'_>, out: &mut Batch<D::Point>| layout.batch(convention, rows, width, out);
+    recording_of_pieces(convention.domain.clone(), rows, batch).map_err(plain)
 }
 
 fn plain(error: warpcheck::verify::RowsError) -> anyhow::Error {

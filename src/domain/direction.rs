@@ -79,7 +79,7 @@ fn locate_directions(
 fn locate_directions_roughly(
     points: &[DVec3],
     range: f64,
-    out: &mut Vec<[f32; 2]>,
+    out: &mut [Vec<f32>; 2],
     inside: impl Fn(f32) -> bool,
 ) {
     const LANES: usize = 32;
@@ -99,12 +99,13 @@ fn locate_directions_roughly(
             sine[i] = square.sqrt();
             doubt[i] = if is_unit & has_turn & inside(z[i]) { 0.0 } else { f32::NAN };
         }
-        let (down, around) = (turns::abouts_f32(&sine, &z), turns::abouts_f32(&y, &x));
-        let mut places = [[0.0; 2]; LANES];
+        let (mut down, mut around) = (turns::abouts_f32(&sine, &z), turns::abouts_f32(&y, &x));
         for i in 0..LANES {
-            places[i] = [down[i] * turns_in_range, around[i] + doubt[i]];
+            down[i] *= turns_in_range;
+            around[i] += doubt[i];
         }
-        out.extend_from_slice(&places[..some.len()]);
+        out[0].extend_from_slice(&down[..some.len()]);
+        out[1].extend_from_slice(&around[..some.len()]);
     }
 }
 
@@ -300,7 +301,7 @@ impl Domain for Sphere {
         locate_directions(points, PI, out, |_| true, |w| self.locate(w));
     }
 
-    fn locate_roughly(&self, points: &[DVec3], out: &mut Vec<[f32; 2]>) -> f32 {
+    fn locate_roughly(&self, points: &[DVec3], out: &mut [Vec<f32>; 2]) -> f32 {
         locate_directions_roughly(points, PI, out, |_| true);
         ROUGHLY
     }
@@ -481,7 +482,7 @@ impl Domain for Hemisphere {
         locate_directions(points, FRAC_PI_2, out, |w| w.z >= -TOLERANCE, |w| self.locate(w));
     }
 
-    fn locate_roughly(&self, points: &[DVec3], out: &mut Vec<[f32; 2]>) -> f32 {
+    fn locate_roughly(&self, points: &[DVec3], out: &mut [Vec<f32>; 2]) -> f32 {
         locate_directions_roughly(points, FRAC_PI_2, out, |z| z >= 0.0);
         ROUGHLY
     }

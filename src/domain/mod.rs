@@ -195,13 +195,15 @@ pub trait Domain: Space + Clone {
         out.extend(points.iter().map(|point| self.locate(point).ok()));
     }
 
-    /// The chart coordinates of many points of a domain of one patch, appended to `out`, to within the error that is returned, and the quicker for it; NaN of points
-    /// that [`locate`](Self::locate) may not take.
-    fn locate_roughly(&self, points: &[Self::Point], out: &mut Vec<[f32; 2]>) -> f32 {
+    /// The chart coordinates of many points of a domain of one patch, appended to `out` axis by axis, to within the error that is returned, and the quicker for it;
+    /// NaN, at least one, of points that [`locate`](Self::locate) may not take.
+    fn locate_roughly(&self, points: &[Self::Point], out: &mut [Vec<f32>; 2]) -> f32 {
         let mut places = Vec::with_capacity(points.len());
         self.locate_many(points, &mut places);
-        let rough = |place: &Location| place.at.map(|x| x as f32);
-        out.extend(places.iter().map(|place| place.as_ref().map_or([f32::NAN; 2], rough)));
+        for (axis, out) in out.iter_mut().enumerate() {
+            let rough = |place: &Location| place.at[axis] as f32;
+            out.extend(places.iter().map(|place| place.as_ref().map_or(f32::NAN, rough)));
+        }
         0.5 * f32::EPSILON
     }
 

@@ -182,11 +182,13 @@ pub(crate) struct Squares {
 
 impl Squares {
     /// The squares, row after row, that places known to within `error` lie in; [`NO_SQUARE`] where that leaves a doubt.
-    pub fn find(&self, places: &[[f32; 2]], error: f32, out: &mut Vec<u32>) {
-        const LANES: usize = 8;
+    pub fn find(&self, places: &[Vec<f32>; 2], error: f32, out: &mut Vec<u32>) {
+        const LANES: usize = 16;
         // Adding 1.5 2^23 rounds to an integer and leaves it in the lower bits.
         const ROUND: f32 = 12_582_912.0;
         const BITS: u32 = (1 << 22) - 1;
+        // A number of a square is rounded nowhere.
+        debug_assert!(self.sides[0] * self.sides[1] <= BITS as usize);
         out.clear();
         let sides = self.sides.map(|side| side as f32);
         // What is cut into one has no borders. Products and sums are rounded too.
@@ -194,25 +196,25 @@ impl Squares {
             1.0 => f32::INFINITY,
             side => 0.5 - (error + 2.0 * f32::EPSILON) * side,
         });
-        for some in places.chunks(LANES) {
-            let (mut a, mut b) = ([f32::NAN; LANES], [f32::NAN; LANES]);
-            for (i, at) in some.iter().enumerate() {
-                (a[i], b[i]) = (at[0], at[1]);
-            }
+        let squares = |a: &[f32; LANES], b: &[f32; LANES]| {
             let mut squares = [0; LANES];
             for i in 0..LANES {
                 let (s, t) = (a[i] * sides[0] - 0.5, b[i] * sides[1] - 0.5);
-                let (k, l) = (s + ROUND, t + ROUND);
-                let (row, column) = (k - ROUND, l - ROUND);
+                let (row, column) = ((s + ROUND) - ROUND, (t + ROUND) - ROUND);
                 let is_sure = ((s - row).abs() < reach[0]) & ((t - column).abs() < reach[1]);
                 let is_inside = (row >= 0.0) & (row < sides[0]) & (column >= 0.0) & (column < sides[1]);
                 // What is neither sure nor inside may be any number.
-                let first = (k.to_bits() & BITS).wrapping_mul(self.sides[1] as u32);
-                let square = first.wrapping_add(l.to_bits() & BITS);
-                squares[i] = if is_sure & is_inside { square } else { NO_SQUARE };
+                let square = (row * sides[1] + column) + ROUND;
+                squares[i] = if is_sure & is_inside { square.to_bits() & BITS } else { NO_SQUARE };
             }
-            out.extend_from_slice(&squares[..some.len()]);
-        }
+            squares
+        };
+        let [(a, a_rest), (b, b_rest)] = [0, 1].map(|axis| places[axis].as_chunks::<LANES>());
+        a.iter().zip(b).for_each(|(a, b)| out.extend_from_slice(&squares(a, b)));
+        let (mut a, mut b) = ([f32::NAN; LANES], [f32::NAN; LANES]);
+        a[..a_rest.len()].copy_from_slice(a_rest);
+        b[..b_rest.len()].copy_from_slice(b_rest);
+        out.extend_from_slice(&squares(&a, &b)[..a_rest.len()]);
     }
 }
 
@@ -713,11 +715,13 @@ mod tests {
             let mut places: Vec<[f64; 2]> = pilots.iter().map(|p| p.at).collect();
             places.extend([[1.0, 0.5], [0.5, 1.0], [0.0; 2]]);
             let off = |i: usize, x: f64, bit: usize| (x + if i & bit == 0 { 9e-6 } else { -9e-6 }) as f32;
-            let mut rough: Vec<[f32; 2]> =
-                places.iter().enumerate().map(|(i, at)| [off(i, at[0], 1), off(i, at[1], 2)]).collect();
-            rough.extend([[f32::NAN, 0.5], [0.5, f32::NAN], [1.1, 0.3], [-1e-3, 0.2], [f32::MAX, -f32::MAX]]);
+            let odd = [[f32::NAN, 0.5], [0.5, f32::NAN], [1.1, 0.3], [-1e-3, 0.2], [f32::MAX, -f32::MAX]];
+            let rough = [0, 1].map(|axis| {
+                let ours = places.iter().enumerate().map(|(i, at)| off(i, at[axis], 1 << axis));
+                ours.chain(odd.iter().map(|at| at[axis])).collect::<Vec<_>>()
+            });
             squares.find(&rough, error, &mut found);
-            assert_eq!(found.len(), rough.len());
+            assert_eq!(found.len(), rough[0].len());
             assert_eq!(found[places.len()..], [NO_SQUARE; 5]);
             for (at, square) in places.iter().zip(found) {
                 let inside = |x: f64, n: usize| {
@@ -742,7 +746,7 @@ mod tests {
         let on_it = (0..400).map(|i| Location { patch: 0, at: [f64::from(i) / 400.0, 0.0] }).collect();
         let (squares, _) = Partition::from_pilots(&line, on_it, &Knots::grid(10, 1), 40).squares().unwrap();
         let mut found = Vec::new();
-        squares.find(&[[0.06, 0.0], [0.1, 0.0], [0.96, 0.0]], 1e-6, &mut found);
+        squares.find(&[vec![0.06, 0.1, 0.96], vec![0.0; 3]], 1e-6, &mut found);
         let side = squares.sides[0] as f32;
         assert_eq!(found, [(0.06 * side) as u32, NO_SQUARE, (0.96 * side) as u32]);
         assert!(Partition::from_pilots(&Discrete::new(4), vec![], &Knots::default(), 4).squares().is_none());

@@ -2,7 +2,7 @@
 
 use super::columns::{Kind, Number};
 use super::error::ReadError;
-use crate::verify::{Rows, RowsError};
+use crate::verify::{Block, Rows, RowsError};
 use std::io::Read;
 
 /// Bytes that are read in one go.
@@ -16,7 +16,6 @@ pub struct BinaryRows {
     stride: usize,
     promised: Option<u64>,
     read: u64,
-    bytes: Vec<u8>,
 }
 
 impl BinaryRows {
@@ -28,24 +27,44 @@ impl BinaryRows {
         promised: Option<u64>,
     ) -> Self {
         let stride = numbers.iter().map(|n| n.bytes).sum();
-        Self { name: name.into(), reader, numbers, stride, promised, read: 0, bytes: Vec::new() }
+        Self { name: name.into(), reader, numbers, stride, promised, read: 0 }
     }
 
-    /// Fills the buffer as far as there is something to read.
-    fn fill(&mut self, wanted: usize) -> Result<usize, ReadError> {
-        self.bytes.resize(wanted, 0);
-        let mut filled = 0;
-        while filled < wanted {
-            match self.reader.read(&mut self.bytes[filled..]) {
-                Ok(0) => break,
-                Ok(n) => filled += n,
-                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-                Err(error) => {
-                    return Err(ReadError::Read { name: self.name.clone(), why: error.to_string() });
-                }
-            }
+    /// The bytes of so many rows, as far as there is something to read, and how many whole rows that are.
+    fn bytes(&mut self, rows: usize) -> Result<(Vec<u8>, usize), ReadError> {
+        let mut bytes = Vec::with_capacity(rows * self.stride);
+        let read = self.reader.by_ref().take((rows * self.stride) as u64).read_to_end(&mut bytes);
+        read.map_err(|error| ReadError::Read { name: self.name.clone(), why: error.to_string() })?;
+        let whole = bytes.len() / self.stride;
+        self.read += whole as u64;
+        Ok((bytes, whole))
+    }
+
+    fn rows_in_one_go(&self, most: usize) -> usize {
+        let left = self.promised.map_or(u64::MAX, |promised| promised - self.read);
+        most.min((BLOCK / self.stride).max(1)).min(usize::try_from(left).unwrap_or(usize::MAX))
+    }
+
+    /// Whether all numbers are of one type.
+    fn all_are(&self, number: Number) -> bool {
+        self.numbers.iter().all(|n| *n == number)
+    }
+
+    /// What is wrong where of so many rows wanted there are only so many bytes.
+    fn missing(&self, wanted: usize, bytes: usize) -> Result<(), ReadError> {
+        let (name, whole, bytes) = (|| self.name.clone(), bytes / self.stride, bytes % self.stride);
+        if bytes != 0 {
+            return Err(ReadError::Truncated { name: name(), row: self.read, bytes, of: self.stride });
         }
-        Ok(filled)
+        if whole < wanted
+            && let Some(of) = self.promised
+        {
+            return Err(ReadError::Short { name: name(), row: self.read, of });
+        }
+        if whole == 0 && self.read == 0 && wanted > 0 {
+            return Err(ReadError::Empty { name: name() });
+        }
+        Ok(())
     }
 }
 
@@ -59,40 +78,35 @@ impl Rows for BinaryRows {
     }
 
     fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
-        let left = self.promised.map_or(u64::MAX, |promised| promised - self.read);
-        let rows = most.min((BLOCK / self.stride).max(1)).min(usize::try_from(left).unwrap_or(usize::MAX));
-        let filled = self.fill(rows * self.stride)?;
-        let whole = filled / self.stride;
-        let bytes = &self.bytes[..whole * self.stride];
-        let all = |number: Number| self.numbers.iter().all(|n| *n == number);
-        if all(Number::F32) {
-            out.extend(bytes.as_chunks::<4>().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))));
-        } else if all(Number::F64) {
-            out.extend(bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)));
+        let mut block = Block::default();
+        let read = self.block(most, &mut block);
+        out.extend_from_slice(&block.piece(0, block.len()).numbers());
+        read.map(|()| block.len() / self.width())
+    }
+
+    /// Bytes as they were read, where they are floats of the usual kinds.
+    fn block(&mut self, most: usize, out: &mut Block) -> Result<(), RowsError> {
+        *out = Block::default();
+        let wanted = self.rows_in_one_go(most);
+        let (mut bytes, whole) = self.bytes(wanted)?;
+        let missing = self.missing(wanted, bytes.len());
+        bytes.truncate(whole * self.stride);
+        *out = if self.all_are(Number::F32) {
+            Block::F32(bytes)
+        } else if self.all_are(Number::F64) {
+            Block::F64(bytes)
         } else {
+            let mut numbers = Vec::with_capacity(whole * self.numbers.len());
             for row in bytes.chunks_exact(self.stride) {
                 let mut at = 0;
                 for number in &self.numbers {
-                    out.push(number.value(&row[at..]));
+                    numbers.push(number.value(&row[at..]));
                     at += number.bytes;
                 }
             }
-        }
-        self.read += whole as u64;
-        let name = || self.name.clone();
-        if filled % self.stride != 0 {
-            let bytes = filled % self.stride;
-            return Err(ReadError::Truncated { name: name(), row: self.read, bytes, of: self.stride }.into());
-        }
-        if whole < rows
-            && let Some(of) = self.promised
-        {
-            return Err(ReadError::Short { name: name(), row: self.read, of }.into());
-        }
-        if whole == 0 && self.read == 0 && rows > 0 {
-            return Err(ReadError::Empty { name: name() }.into());
-        }
-        Ok(whole)
+            Block::Numbers(numbers)
+        };
+        Ok(missing?)
     }
 }
 

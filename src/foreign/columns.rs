@@ -2,7 +2,7 @@
 
 use super::{Convention, Coordinates, Frame};
 use crate::spelling::meant;
-use crate::verify::{Batch, Row};
+use crate::verify::{Batch, Piece, Row};
 use std::f64::consts::{PI, TAU};
 use std::fmt::{Display, Formatter};
 use std::str::FromStr;
@@ -240,8 +240,16 @@ pub(super) fn are_names(words: &[String], some: bool) -> bool {
 }
 
 /// Appends the points of rows that are nothing else.
-fn points<D: Coordinates, const N: usize>(domain: &D, rows: &[[f64; N]], out: &mut Vec<D::Point>) {
-    out.extend(rows.iter().map(|row| domain.point_of(row)));
+fn points<D: Coordinates, const N: usize>(domain: &D, rows: Piece<'_>, out: &mut Vec<D::Point>) {
+    match rows {
+        Piece::Numbers(rows) => out.extend(rows.as_chunks::<N>().0.iter().map(|row| domain.point_of(row))),
+        Piece::F32(rows) => out.extend(rows.as_chunks::<N>().0.iter().map(|row| {
+            let number = |bytes| f64::from(f32::from_le_bytes(bytes));
+            domain.point_of(&row.map(number))
+        })),
+        Piece::F64(rows) => out
+            .extend(rows.as_chunks::<N>().0.iter().map(|row| domain.point_of(&row.map(f64::from_le_bytes)))),
+    }
 }
 
 impl Layout {
@@ -421,27 +429,35 @@ impl Layout {
         Row { point: kept.then_some(point), density, weight }
     }
 
-    /// What some rows of `width` numbers say.
+    /// What some rows of `width` numbers say: the points, and what is beside them.
     pub fn batch<D: Coordinates>(
         &self,
         convention: &Convention<D>,
-        numbers: &[f64],
+        rows: Piece<'_>,
         width: usize,
         out: &mut Batch<D::Point>,
     ) {
-        let rows = numbers.chunks_exact(width);
+        let domain = &convention.domain;
         // As they stand there, which is asked once and not of each row.
-        if let (Place::Run(columns), None, false) = (&self.place, self.kept, self.has_weight())
-            && convention.frame == Frame::Z_UP
-        {
-            let (first, start) = (columns[0], out.points.len());
-            let domain = &convention.domain;
-            match (first, width) {
-                // Nothing but points, of a size that the compiler knows.
-                (0, 2) => points(domain, numbers.as_chunks::<2>().0, &mut out.points),
-                (0, 3) => points(domain, numbers.as_chunks::<3>().0, &mut out.points),
-                _ => out.points.extend(rows.clone().map(|row| domain.point_of(&row[first..]))),
+        let run = match &self.place {
+            Place::Run(columns)
+                if self.kept.is_none() && !self.has_weight() && convention.frame == Frame::Z_UP =>
+            {
+                Some(columns[0])
             }
+            _ => None,
+        };
+        // Nothing but points, of a size that the compiler knows.
+        match (run, width, self.density) {
+            (Some(0), 2, None) => return points::<D, 2>(domain, rows, &mut out.points),
+            (Some(0), 3, None) => return points::<D, 3>(domain, rows, &mut out.points),
+            _ => {}
+        }
+        let numbers = rows.numbers();
+        let rows = numbers.chunks_exact(width);
+        if let Some(first) = run {
+            let start = out.points.len();
+            out.points.extend(rows.clone().map(|row| domain.point_of(&row[first..])));
             if let Some(column) = self.density {
                 let points = &out.points[start..];
                 let densities = rows.zip(points).map(|(row, point)| convention.density(point, row[column]));

@@ -5,7 +5,7 @@ use super::columns::{Columns, DENSITY_IS_FIRST, Kind, Layout, Number, density_is
 use super::error::ReadError;
 use super::npy::{self, NpyHeader};
 use super::{Convention, Coordinates, npz, text};
-use crate::verify::{Rows, RowsError};
+use crate::verify::{Block, Piece, Rows, RowsError};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -164,6 +164,10 @@ impl Rows for Samples {
     fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
         self.rows.read(most, out)
     }
+
+    fn block(&mut self, most: usize, out: &mut Block) -> Result<(), RowsError> {
+        self.rows.block(most, out)
+    }
 }
 
 /// Columns of an array with two axes in an archive have no names: they are those of the domain's points, in order.
@@ -276,17 +280,15 @@ impl Check {
         Self { name, used, kept, names, discrete, misread, swapped, read: 0 }
     }
 
-    fn look(&mut self, rows: &[f64], width: usize) -> Result<(), ReadError> {
+    fn look(&mut self, block: &Block, width: usize) -> Result<(), ReadError> {
         if let Some(misread) = self.misread.take() {
-            misread(&rows[..rows.len().min(FIRST * width)])?;
+            misread(&block.piece(0, block.len().min(FIRST * width)).numbers())?;
         }
-        // Most blocks have nothing odd in them, which is seen faster than where it would be.
-        let odd = |x: &f64| !(x.abs() <= LARGE) || x.abs() < SMALL;
-        if self.discrete.is_none() && !rows.iter().fold(false, |any, x| any | odd(x)) {
-            self.read += (rows.len() / width) as u64;
+        if self.discrete.is_none() && !any_is_odd(block) {
+            self.read += (block.len() / width) as u64;
             return Ok(());
         }
-        for row in rows.chunks_exact(width) {
+        for row in block.piece(0, block.len()).numbers().chunks_exact(width) {
             self.look_at(row)?;
             self.read += 1;
         }
@@ -322,10 +324,25 @@ impl Check {
     }
 }
 
+/// Whether there is a number that is worth to be looked at: most blocks have none, which is seen faster than where it would be.
+fn any_is_odd(block: &Block) -> bool {
+    let is_odd = |x: f64| !(x.abs() <= LARGE) | (x.abs() < SMALL);
+    match block.piece(0, block.len()) {
+        Piece::Numbers(numbers) => numbers.iter().fold(false, |any, x| any | is_odd(*x)),
+        Piece::F64(bytes) => bytes.iter().fold(false, |any, b| any | is_odd(f64::from_le_bytes(*b))),
+        // Twice as many fit into a vector register.
+        Piece::F32(bytes) => bytes.iter().fold(false, |any, b| {
+            let x = f32::from_le_bytes(*b).abs();
+            any | !(x <= LARGE as f32) | (x < SMALL as f32)
+        }),
+    }
+}
+
 /// Rows that a thread reads while others are judged.
 struct Ahead {
-    blocks: Receiver<Result<Vec<f64>, RowsError>>,
-    block: Vec<f64>,
+    blocks: Receiver<Result<Block, RowsError>>,
+    block: Block,
+    /// Numbers of the block that were handed out.
     at: usize,
     width: usize,
     count: Option<u64>,
@@ -338,45 +355,58 @@ impl Ahead {
         let (send, blocks) = sync_channel(WAITING);
         std::thread::spawn(move || {
             loop {
-                let mut block = Vec::with_capacity(BLOCK * width);
+                let mut block = Block::default();
                 // What stands in front of a broken row is judged: the row to be named is the first that is wrong.
-                let read = rows.read(BLOCK, &mut block);
+                let read = rows.block(BLOCK, &mut block);
                 let looked = check.look(&block, width);
                 let (ends, answer) = match (looked, read) {
                     (Err(odd), _) => (true, Err(odd.into())),
                     (Ok(()), Err(error)) => (true, Err(error)),
-                    (Ok(()), Ok(0)) => break,
-                    (Ok(()), Ok(_)) => (false, Ok(block)),
+                    (Ok(()), Ok(())) if block.is_empty() => break,
+                    (Ok(()), Ok(())) => (false, Ok(block)),
                 };
                 if send.send(answer).is_err() || ends {
                     break;
                 }
             }
         });
-        Self { blocks, block: Vec::new(), at: 0, width, count, over: false }
+        Self { blocks, block: Block::default(), at: 0, width, count, over: false }
     }
 
-    fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
-        while self.at == self.block.len() {
-            if self.over {
-                return Ok(0);
-            }
+    /// Sees to it that there are rows at hand, unless there are no more.
+    fn fetch(&mut self) -> Result<(), RowsError> {
+        while self.at == self.block.len() && !self.over {
             match self.blocks.recv() {
                 Ok(Ok(block)) => (self.block, self.at) = (block, 0),
                 Ok(Err(error)) => {
                     self.over = true;
                     return Err(error);
                 }
-                Err(_) => {
-                    self.over = true;
-                    return Ok(0);
-                }
+                Err(_) => self.over = true,
             }
         }
+        Ok(())
+    }
+
+    fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
+        self.fetch()?;
         let numbers = (most * self.width).min(self.block.len() - self.at);
-        out.extend_from_slice(&self.block[self.at..][..numbers]);
+        out.extend_from_slice(&self.block.piece(self.at, numbers).numbers());
         self.at += numbers;
         Ok(numbers / self.width)
+    }
+
+    fn block(&mut self, most: usize, out: &mut Block) -> Result<(), RowsError> {
+        *out = Block::default();
+        self.fetch()?;
+        if self.at == 0 && self.block.len() <= most * self.width {
+            *out = std::mem::take(&mut self.block);
+        } else {
+            let mut numbers = Vec::new();
+            self.read(most, &mut numbers)?;
+            *out = Block::Numbers(numbers);
+        }
+        Ok(())
     }
 }
 
@@ -432,6 +462,16 @@ impl Keeping {
         let kept = std::sync::Arc::new(std::sync::Mutex::new(held));
         (Self { rows, kept: std::sync::Arc::clone(&kept), most }, kept)
     }
+
+    fn keep(&mut self, numbers: &[f64]) {
+        if self.most > 0 {
+            let width = self.rows.width();
+            let keep = (numbers.len() / width).min(self.most);
+            self.most -= keep;
+            let mut kept = self.kept.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            kept.numbers.extend_from_slice(&numbers[..keep * width]);
+        }
+    }
 }
 
 impl Rows for Keeping {
@@ -446,13 +486,14 @@ impl Rows for Keeping {
     fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
         let before = out.len();
         let read = self.rows.read(most, out)?;
-        if self.most > 0 {
-            let keep = read.min(self.most);
-            self.most -= keep;
-            let mut kept = self.kept.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            kept.numbers.extend_from_slice(&out[before..][..keep * self.rows.width()]);
-        }
+        self.keep(&out[before..]);
         Ok(read)
+    }
+
+    fn block(&mut self, most: usize, out: &mut Block) -> Result<(), RowsError> {
+        let read = self.rows.block(most, out);
+        self.keep(&out.piece(0, out.len().min(self.most * self.rows.width())).numbers());
+        read
     }
 }
 

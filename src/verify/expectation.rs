@@ -245,7 +245,7 @@ impl Quick {
         };
         let of_squares = leaves.into_iter().enumerate().map(of_square).collect::<Option<_>>()?;
         let quick = Self { squares, of_squares, classes, kinds };
-        let (pilots, mut places, mut found) = (probe.pilots()?, Vec::new(), Vec::new());
+        let (pilots, mut places, mut found) = (probe.pilots()?, [Vec::new(), Vec::new()], Vec::new());
         let error = probe.locate_roughly(&each_pilot(pilots, pilots), &mut places);
         quick.squares.find(&places, error, &mut found);
         let known = found.iter().filter(|square| quick.kind(**square) != UNKNOWN).count();

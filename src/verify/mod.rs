@@ -51,6 +51,7 @@ mod recording;
 mod repeats;
 mod report;
 mod round_trip;
+mod rows;
 mod scan;
 mod sequential;
 mod setters;
@@ -75,10 +76,11 @@ pub use map::{CellFigure, ResidualMap};
 pub use points::{PointsError, Samples};
 pub use power::Power;
 pub use recording::{
-    Batch, Recording, Row, Rows, RowsError, compare_recordings, recording, recording_of_batches,
+    Batch, Recording, Row, compare_recordings, recording, recording_of_batches, recording_of_pieces,
 };
 pub(crate) use report::p_value;
 pub use report::{Conclusion, Report};
+pub use rows::{Block, Piece, Rows, RowsError};
 pub use settings::{Drawn, Settings, Verify};
 pub use streams::{Streams, streams};
 pub use two_sample::{Compare, CompareSamples, compare, compare_samples};

@@ -99,7 +99,7 @@ pub(super) trait Probe: Sync {
     /// functions with known integrals go to `values`, as many for each sample as there are functions.
     fn draw(&self, xi: &[f64], ask: usize, out: &mut Vec<Draw>, values: &mut Vec<f64>);
     /// Where the samples fall on the chart of the only patch, to within the error that is returned; NaN where that can't be said without a closer look.
-    fn locate_roughly(&self, _xi: &[f64], _out: &mut Vec<[f32; 2]>) -> f32 {
+    fn locate_roughly(&self, _xi: &[f64], _out: &mut [Vec<f32>; 2]) -> f32 {
         f32::NAN
     }
     /// Whether the density is known to be positive all over a cell, so that of the samples in it only some need be asked.

@@ -1,36 +1,16 @@
 //! Samples that somebody else drew, row by row, as the checks see them.
 //!
-//! The first rows are pilots: they say where cells are cut, and are not judged. The rest streams through a buffer of a quarter of a million rows or so, however many there are. To
+//! The first rows are pilots: they say where cells are cut, and are not judged. The rest streams through a buffer of half a million rows or so, however many there are. To
 //! the checks a row is a variate: the number of the row plus 1 for those that are judged, and less than 1 for a pilot, so that what asks
 //! for a few samples of its own is given pilots.
 
 use super::examination::{Against, Examination, examine};
 use super::probe::{Draw, Fate, Look, Probe, RoundTrip};
+use super::rows::{Block, Blocks, Piece, Rows, RowsError};
 use super::settings::Settings;
 use crate::domain::{Cell, Domain, Knots, Location, Space, in_short};
 use crate::sampler::Preimage;
-use std::error::Error;
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard};
-
-/// What keeps rows from being read.
-pub type RowsError = Box<dyn Error + Send + Sync>;
-
-/// Rows of numbers, one after another: what files and pipes of samples hold.
-pub trait Rows: Send {
-    /// Numbers in a row.
-    fn width(&self) -> usize;
-
-    /// Appends up to `most` rows to `out` and returns how many; 0 at the end.
-    ///
-    /// # Errors
-    /// Names the row that can't be read, or that is none.
-    fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError>;
-
-    /// How many rows there are in all, if that is known beforehand.
-    fn count(&self) -> Option<u64> {
-        None
-    }
-}
 
 /// What a row says.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,7 +106,7 @@ impl<P> Batch<P> {
 }
 
 /// Appends what some rows say, at once: a call for each would cost as much as all else.
-type RowsOf<'a, P> = Box<dyn Fn(&[f64], &mut Batch<P>) + Send + Sync + 'a>;
+type RowsOf<'a, P> = Box<dyn Fn(Piece<'_>, &mut Batch<P>) + Send + Sync + 'a>;
 
 /// Samples that are being read, and what they are held against.
 pub struct Recording<'a, D: Domain> {
@@ -144,8 +124,8 @@ pub struct Recording<'a, D: Domain> {
     pilots: Vec<f64>,
     rows: Option<u64>,
     source: Mutex<Source<'a>>,
-    /// The number of the first judged row that is held, and the rows.
-    held: RwLock<(u64, Vec<f64>)>,
+    /// Rows that are being judged.
+    held: RwLock<Blocks>,
 }
 
 /// Which columns there are beside those of the point.
@@ -158,24 +138,24 @@ struct Columns {
 struct Source<'a> {
     rows: Box<dyn Rows + 'a>,
     /// Read, but not judged yet.
-    ahead: Vec<f64>,
+    ahead: Vec<Block>,
     error: Option<RowsError>,
+}
+
+impl Source<'_> {
+    /// The next rows, at most so many; none at the end or where there is an error.
+    fn block(&mut self, most: usize) -> Option<Block> {
+        if self.error.is_some() || most == 0 {
+            return None;
+        }
+        let mut block = Block::default();
+        self.error = self.rows.block(most, &mut block).err();
+        (!block.is_empty()).then_some(block)
+    }
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Reads until `out` holds `wanted` numbers, or there are no more.
-fn read_up_to(rows: &mut dyn Rows, wanted: usize, out: &mut Vec<f64>, error: &mut Option<RowsError>) {
-    let width = rows.width();
-    while out.len() < wanted && error.is_none() {
-        match rows.read((wanted - out.len()) / width, out) {
-            Ok(0) => break,
-            Ok(_) => {}
-            Err(why) => *error = Some(why),
-        }
-    }
 }
 
 /// Begins to judge samples that somebody else drew on `domain`: `row` says what each row of numbers means. They must be independent.
@@ -259,9 +239,21 @@ pub fn recording_of_batches<'a, D: Domain>(
     rows: impl Rows + 'a,
     batch: impl Fn(&[f64], &mut Batch<D::Point>) + Send + Sync + 'a,
 ) -> Result<Recording<'a, D>, RowsError> {
+    recording_of_pieces(domain, rows, move |piece, out| batch(&piece.numbers(), out))
+}
+
+/// The same of rows as they were read, for who can do without `f64` numbers of all.
+///
+/// # Errors
+/// As [`recording`].
+pub fn recording_of_pieces<'a, D: Domain>(
+    domain: D,
+    rows: impl Rows + 'a,
+    batch: impl Fn(Piece<'_>, &mut Batch<D::Point>) + Send + Sync + 'a,
+) -> Result<Recording<'a, D>, RowsError> {
     let opened = Opened::new(Box::new(rows))?;
     let mut pilots = Batch::default();
-    batch(&opened.pilots, &mut pilots);
+    batch(Piece::Numbers(&opened.pilots), &mut pilots);
     let rows = opened.pilots.len() / opened.width;
     if !pilots.is_whole(rows) {
         return Err(format!(
@@ -304,7 +296,7 @@ impl<'a> Opened<'a> {
             return Err("there are no samples: not a single row".into());
         }
         let pilots = wanted.min((there / FEW_PILOTS_SHARE).max(1)) as usize;
-        let ahead = head.split_off(pilots * width);
+        let ahead = vec![Block::Numbers(head.split_off(pilots * width))];
         Ok(Self { width, pilots: head, count: known, source: Source { rows, ahead, error: None } })
     }
 }
@@ -326,7 +318,7 @@ impl<'a, D: Domain> Recording<'a, D> {
             pilots: opened.pilots,
             rows: opened.count,
             source: Mutex::new(opened.source),
-            held: RwLock::new((0, Vec::new())),
+            held: RwLock::new(Blocks::new(opened.width)),
         }
     }
 
@@ -393,38 +385,38 @@ impl<'a, D: Domain> Recording<'a, D> {
         (self.pilots.len() / self.width) as u64
     }
 
-    fn held(&self) -> RwLockReadGuard<'_, (u64, Vec<f64>)> {
+    fn held(&self) -> RwLockReadGuard<'_, Blocks> {
         self.held.read().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The rows from a variate's on, as many as there are.
-    fn numbers<'x>(&'x self, held: &'x (u64, Vec<f64>), xi: f64) -> &'x [f64] {
+    /// Appends the numbers of a variate's row.
+    fn add_numbers(&self, held: &Blocks, xi: f64, out: &mut Vec<f64>) {
         if xi < 1.0 {
             let count = self.pilots.len() / self.width;
             let index = ((xi * count as f64) as usize).min(count - 1);
-            return &self.pilots[index * self.width..];
+            out.extend_from_slice(&self.pilots[index * self.width..][..self.width]);
+        } else {
+            held.each_piece(xi as u64 - 1, 1, |piece| out.extend_from_slice(&piece.numbers()));
         }
-        let index = (xi - 1.0 - held.0 as f64) as usize;
-        &held.1[index * self.width..]
     }
 
     /// What the row of a variate says: its point, and the density that came with it.
-    fn row_of(&self, held: &(u64, Vec<f64>), xi: f64) -> Option<(D::Point, Option<f64>)> {
+    fn row_of(&self, held: &Blocks, xi: f64) -> Option<(D::Point, Option<f64>)> {
         let mut batch = self.rows_for(held, &[xi]);
         Some((batch.points.pop()?, batch.densities.pop()))
     }
 
     /// What the rows of variates say.
-    fn rows_for(&self, held: &(u64, Vec<f64>), xi: &[f64]) -> Batch<D::Point> {
+    fn rows_for(&self, held: &Blocks, xi: &[f64]) -> Batch<D::Point> {
         let mut batch = Batch::with_capacity(xi.len(), self.columns);
         // All pairs are looked at, which is faster than to stop at the first.
         let are_consecutive = || xi.windows(2).fold(true, |all, pair| all & (pair[1] == pair[0] + 1.0));
         if xi.first().is_some_and(|&first| first >= 1.0) && are_consecutive() {
-            (self.rows_of)(&self.numbers(held, xi[0])[..xi.len() * self.width], &mut batch);
+            held.each_piece(xi[0] as u64 - 1, xi.len(), |piece| (self.rows_of)(piece, &mut batch));
         } else {
             let mut numbers = Vec::with_capacity(xi.len() * self.width);
-            xi.iter().for_each(|&xi| numbers.extend_from_slice(&self.numbers(held, xi)[..self.width]));
-            (self.rows_of)(&numbers, &mut batch);
+            xi.iter().for_each(|&xi| self.add_numbers(held, xi, &mut numbers));
+            (self.rows_of)(Piece::Numbers(&numbers), &mut batch);
         }
         batch
     }
@@ -528,12 +520,14 @@ impl<D: Domain> Probe for Recording<'_, D> {
         self.weights_of(&batch, values);
     }
 
-    fn locate_roughly(&self, xi: &[f64], out: &mut Vec<[f32; 2]>) -> f32 {
-        out.clear();
+    fn locate_roughly(&self, xi: &[f64], out: &mut [Vec<f32>; 2]) -> f32 {
+        out.iter_mut().for_each(Vec::clear);
         let batch = self.rows_for(&self.held(), xi);
         let error = self.domain.locate_roughly(&batch.points, out);
-        *out = batch.of_all(std::mem::take(out), &[f32::NAN; 2]);
-        out.resize(xi.len(), [f32::NAN; 2]);
+        for axis in out {
+            *axis = batch.of_all(std::mem::take(axis), &f32::NAN);
+            axis.resize(xi.len(), f32::NAN);
+        }
         error
     }
 
@@ -655,22 +649,24 @@ impl<D: Domain> Probe for Recording<'_, D> {
     fn load(&self, first: u64, count: u64) -> u64 {
         let mut source = lock(&self.source);
         let mut held = self.held.write().unwrap_or_else(PoisonError::into_inner);
-        let (width, wanted) = (self.width, count as usize * self.width);
-        held.0 = first;
-        held.1.clear();
-        if source.ahead.len() <= wanted {
-            std::mem::swap(&mut held.1, &mut source.ahead);
-        } else {
-            held.1.extend(source.ahead.drain(..wanted));
+        held.forget_before(first);
+        source.ahead.drain(..).for_each(|block| held.push(block));
+        let end = first + count;
+        while held.end < end
+            && let Some(block) = source.block((end - held.end) as usize)
+        {
+            held.push(block);
         }
-        let Source { rows, error, .. } = &mut *source;
-        read_up_to(rows.as_mut(), wanted, &mut held.1, error);
-        (held.1.len() / width) as u64
+        held.end.min(end) - first
     }
 
     fn load_ahead(&self, count: u64) {
-        let Source { rows, ahead, error } = &mut *lock(&self.source);
-        read_up_to(rows.as_mut(), count as usize * self.width, ahead, error);
+        let mut source = lock(&self.source);
+        let mut left = count as usize;
+        while let Some(block) = source.block(left) {
+            left -= (block.len() / self.width).min(left);
+            source.ahead.push(block);
+        }
     }
 
     fn rows_expected(&self, most: u64) -> u64 {

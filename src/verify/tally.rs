@@ -13,10 +13,10 @@ use std::time::Instant;
 pub(super) const SHARD: u64 = 1 << 14;
 /// Shards between two looks at the clock; also what bounds the memory. Of what is read, fewer: it should still be in the cache when it is judged.
 const BATCH: u64 = 64;
-const BATCH_OF_ROWS: u64 = 16;
+const BATCH_OF_ROWS: u64 = 32;
 /// Shards that share a tally once there are finer cells than samples in a shard: to empty and to merge a tally costs as much as many samples.
 const SHARED: u64 = 8;
-const SHARED_ROWS: u64 = 2;
+const SHARED_ROWS: u64 = 4;
 /// Samples that are drawn in one go, few enough that all that is known of them stays in the nearest cache; of who pays for every question, more.
 const CHUNK: usize = 128;
 const SLOW_CHUNK: usize = 512;
@@ -299,11 +299,14 @@ fn draw_shard(counter: &mut Counter, seed: u64, shard: u64, count: u64, tally: &
         match probe.pilots() {
             None => fill_unit(&mut rng, xi),
             // Rows, by their number plus 1.
-            Some(_) => xi.iter_mut().enumerate().for_each(|(i, xi)| *xi = (next_row + i as u64) as f64),
+            Some(_) => {
+                let first = next_row as f64;
+                xi.iter_mut().zip(0_i32..).for_each(|(xi, i)| *xi = first + f64::from(i));
+            }
         }
         next_row += xi.len() as u64;
         match quick {
-            Some(quick) => counter.quickly(quick, xi, tally),
+            Some(quick) => counter.quickly(quick, xi),
             None => {
                 let mut classes = std::mem::take(&mut counter.classes);
                 counter.closely(xi, ask, |_| true, &mut classes, tally);
@@ -313,6 +316,9 @@ fn draw_shard(counter: &mut Counter, seed: u64, shard: u64, count: u64, tally: &
             }
         }
         left -= samples;
+    }
+    if quick.is_some() {
+        counter.look_at_the_rest(tally);
     }
 }
 
@@ -329,10 +335,14 @@ struct Counter<'a> {
     leaves: Vec<usize>,
     notes: Vec<LeafNote>,
     classes: Vec<u16>,
-    places: Vec<[f32; 2]>,
+    places: [Vec<f32>; 2],
     squares: Vec<u32>,
     /// Samples of each kind of squares that are not in a tally yet.
     of_kinds: Vec<u32>,
+    /// The class of each sample of a shard that is counted by squares, and which of them are to be looked at closely.
+    quick_classes: Vec<u16>,
+    rest: Vec<usize>,
+    rest_xi: Vec<f64>,
 }
 
 impl<'a> Counter<'a> {
@@ -350,9 +360,12 @@ impl<'a> Counter<'a> {
             leaves: Vec::new(),
             notes: Vec::new(),
             classes: Vec::new(),
-            places: Vec::new(),
+            places: [Vec::new(), Vec::new()],
             squares: Vec::new(),
             of_kinds: vec![0; expectation.quick.as_ref().map_or(0, |quick| quick.classes.len())],
+            quick_classes: Vec::new(),
+            rest: Vec::new(),
+            rest_xi: Vec::new(),
         }
     }
 
@@ -363,33 +376,47 @@ impl<'a> Counter<'a> {
         }
     }
 
-    /// Samples of whom most need only be known by their squares: all that isn't sure and each [`HARDLY_ASKED`]-th is looked at closely.
-    fn quickly(&mut self, quick: &Quick, xi: &[f64], tally: &mut Tally) {
-        let (mut places, mut squares) = (std::mem::take(&mut self.places), std::mem::take(&mut self.squares));
-        let error = self.probe.locate_roughly(xi, &mut places);
-        quick.squares.find(&places, error, &mut squares);
+    /// Samples of whom most need only be known by their squares: all that isn't sure and each [`HARDLY_ASKED`]-th is left to be looked at closely.
+    fn quickly(&mut self, quick: &Quick, xi: &[f64]) {
+        let error = self.probe.locate_roughly(xi, &mut self.places);
+        quick.squares.find(&self.places, error, &mut self.squares);
+        let count = self.squares.len();
         // Squares are all over the memory: a loop with nothing else in it waits for many at once.
         let mut kinds = [UNKNOWN; QUICK_CHUNK];
-        kinds.iter_mut().zip(&squares).for_each(|(kind, square)| *kind = quick.kind(*square));
+        kinds.iter_mut().zip(&self.squares).for_each(|(kind, square)| *kind = quick.kind(*square));
         kinds.iter_mut().step_by(HARDLY_ASKED).for_each(|kind| *kind = UNKNOWN);
-        let mut classes = [0; QUICK_CHUNK];
-        let (mut which, mut others) = ([0; QUICK_CHUNK], 0);
-        for (i, (class, &kind)) in classes.iter_mut().zip(&kinds[..squares.len()]).enumerate() {
-            which[others] = i;
+        let (mut rest, mut others) = ([0; QUICK_CHUNK], 0);
+        let first = self.quick_classes.len();
+        self.quick_classes.resize(first + count, 0);
+        for (i, (class, &kind)) in self.quick_classes[first..].iter_mut().zip(&kinds).enumerate() {
+            rest[others] = i;
             others += usize::from(kind == UNKNOWN);
             *class = quick.classes[usize::from(kind)];
             self.of_kinds[usize::from(kind)] += 1;
         }
-        let which = &which[..others];
-        let dimensions = xi.len() / squares.len().max(1);
-        let closely: Vec<f64> =
-            which.iter().flat_map(|&i| &xi[i * dimensions..][..dimensions]).copied().collect();
-        let mut of_others = std::mem::take(&mut self.classes);
-        self.closely(&closely, 1, |i| is_asked(which[i], HARDLY_ASKED), &mut of_others, tally);
-        which.iter().zip(&of_others).for_each(|(&i, &class)| classes[i] = class);
-        self.follow(&classes[..squares.len()], tally);
-        tally.weighed += squares.len().div_ceil(HARDLY_ASKED) as u64;
-        (self.places, self.squares, self.classes) = (places, squares, of_others);
+        let dimensions = xi.len() / count.max(1);
+        for &i in &rest[..others] {
+            self.rest.push(first + i);
+            self.rest_xi.extend_from_slice(&xi[i * dimensions..][..dimensions]);
+        }
+    }
+
+    /// What [`quickly`](Self::quickly) left over of a shard, and what needs all of its samples in their order.
+    fn look_at_the_rest(&mut self, tally: &mut Tally) {
+        let (rest, xi) = (std::mem::take(&mut self.rest), std::mem::take(&mut self.rest_xi));
+        let mut all = std::mem::take(&mut self.quick_classes);
+        let mut classes = std::mem::take(&mut self.classes);
+        let dimensions = xi.len() / rest.len().max(1);
+        for (rest, xi) in rest.chunks(CHUNK).zip(xi.chunks(CHUNK * dimensions.max(1))) {
+            self.closely(xi, 1, |i| is_asked(rest[i], HARDLY_ASKED), &mut classes, tally);
+            rest.iter().zip(&classes).for_each(|(&i, &class)| all[i] = class);
+        }
+        self.follow(&all, tally);
+        tally.weighed += all.len().div_ceil(HARDLY_ASKED) as u64;
+        (self.rest, self.rest_xi, self.quick_classes, self.classes) = (rest, xi, all, classes);
+        self.rest.clear();
+        self.rest_xi.clear();
+        self.quick_classes.clear();
     }
 
     /// Samples one by one: where they fall, and what their densities say. Of those that are `weighed`, 1 / density is added up.
