@@ -24,7 +24,7 @@ use super::brdf::{ALL_LOBES, Lobes, NO_LOBES};
 use super::{AUTO_WEIGHTS, Brdf, Lights, Reflection, Strategy, Target};
 use crate::random::to_f32;
 use crate::sampler::{Frame, Heuristic, UniformHemisphere, luminance};
-use crate::scene::{Hit, RayQueries, Scene};
+use crate::scene::{Hit, Ray, RayQueries, Scene};
 use glam::{Vec2, Vec3};
 
 /// Estimates radiance with a strategy. See the file for its mathematics.
@@ -70,9 +70,54 @@ struct Found {
     light: f32,
 }
 
+/// Light that arrives unless something stands in its way.
+struct Unshaded {
+    found: Found,
+    way: Way,
+}
+
+/// What has to be free for light to arrive.
+#[derive(Clone, Copy)]
+enum Way {
+    /// Between two points on triangles.
+    Points([(Vec3, u32); 2]),
+    /// All of a ray.
+    Ray(Ray),
+}
+
+impl Way {
+    #[inline]
+    fn is_free(&self, scene: &Scene) -> bool {
+        match self {
+            Self::Points([(from, on), (to, on_other)]) => scene.sees(*from, *on, *to, *on_other),
+            Self::Ray(ray) => !scene.rays().occluded(ray),
+        }
+    }
+}
+
+/// An estimate whose shadow ray is still to be traced: many of those are traced together.
+pub(super) struct Begun {
+    emitted: Vec3,
+    reflected: Option<Vec3>,
+    /// What comes to that where the way is free.
+    light: Option<(Vec3, Way)>,
+}
+
+impl Begun {
+    /// The radiance, once the way of the light is looked at.
+    #[inline]
+    pub fn finish(self, scene: &Scene) -> Vec3 {
+        let light = self.light.filter(|(_, way)| way.is_free(scene)).map(|(light, _)| light);
+        let reflected = match (self.reflected, light) {
+            (Some(lobe), Some(light)) => Some(lobe + light),
+            (one, other) => one.or(other),
+        };
+        self.emitted + reflected.unwrap_or(Vec3::ZERO)
+    }
+}
+
 /// A point that the camera sees, and how it reflects towards it.
-struct Shade<'a> {
-    scene: &'a Scene,
+struct Shade {
     hit: Hit,
     point: Vec3,
     /// The geometric normal on the side that is seen.
@@ -153,27 +198,30 @@ impl<'a> Integrator<'a> {
     /// from [`render`](super::render); here it is `mis:0.5`.)
     #[inline]
     pub fn radiance(&self, x: f32, y: f32, xi: [f64; VARIATES]) -> Vec3 {
-        self.radiance_by::<ALL_LOBES>(self.directions, x, y, xi)
+        self.begin::<ALL_LOBES>(self.directions, x, y, xi).finish(self.scene)
     }
 
-    /// The same for other directions, with the code of these lobes.
+    /// Begins the same for other directions, with the code of these lobes.
     #[inline]
-    pub(super) fn radiance_by<const LOBES: Lobes>(
+    pub(super) fn begin<const LOBES: Lobes>(
         &self,
         directions: Directions,
         x: f32,
         y: f32,
         xi: [f64; VARIATES],
-    ) -> Vec3 {
+    ) -> Begun {
         let ray = self.scene.camera.ray(x, y);
         let Some(hit) = self.scene.rays().closest(&ray) else {
-            return self.lights.sky_radiance(ray.direction);
+            let emitted = self.lights.sky_radiance(ray.direction);
+            return Begun { emitted, reflected: None, light: None };
         };
         let out = -ray.direction;
         let emitted = self.scene.emitted(hit.triangle, out);
-        let reflected =
-            self.shade::<LOBES>(hit, out).and_then(|shade| self.direct::<LOBES>(directions, &shade, xi));
-        emitted + reflected.unwrap_or(Vec3::ZERO)
+        let (reflected, light) = match self.shade::<LOBES>(hit, out) {
+            Some(shade) => self.direct::<LOBES>(directions, &shade, xi),
+            None => (None, None),
+        };
+        Begun { emitted, reflected, light }
     }
 
     /// What one sample of the mixture with c = 1/2 says about the second moment of the luminance under each of
@@ -185,7 +233,10 @@ impl<'a> Integrator<'a> {
         let [pick, a, b, c, ..] = xi;
         let found = shade.and_then(|shade| match pick < 0.5 {
             true => self.along_lobe::<ALL_LOBES>(&shade, [a, b, c], true),
-            false => self.along_light::<ALL_LOBES>(&shade, [a, b, c]),
+            false => {
+                let light = self.along_light::<ALL_LOBES>(&shade, [a, b, c])?;
+                light.way.is_free(self.scene).then_some(light.found)
+            }
         });
         let Some(Found { value, brdf, light }) = found else { return Default::default() };
         let under = |c: f32| f64::from(c * brdf + (1.0 - c) * light);
@@ -197,7 +248,7 @@ impl<'a> Integrator<'a> {
 
     /// The point of a hit; `None` if it is black or seen edge-on.
     #[inline]
-    fn shade<const LOBES: Lobes>(&self, hit: Hit, out: Vec3) -> Option<Shade<'a>> {
+    fn shade<const LOBES: Lobes>(&self, hit: Hit, out: Vec3) -> Option<Shade> {
         let triangle = &self.scene.triangles[hit.triangle as usize];
         let reflection = &self.reflections[triangle.material as usize];
         let facing = triangle.normal.dot(out);
@@ -212,48 +263,55 @@ impl<'a> Integrator<'a> {
         }
         let frame = Frame::new(normal);
         let brdf = reflection.seen_among::<LOBES>(frame.to_local(out));
-        Some(Shade { scene: self.scene, point: self.scene.point(&hit), hit, side, frame, brdf })
+        Some(Shade { point: self.scene.point(&hit), hit, side, frame, brdf })
     }
 
-    /// One estimate of the light that is reflected; `None` is 0.
+    /// One estimate of the light that is reflected; `None` is 0. What comes from where lights are only counts if its way is free.
     #[inline]
     fn direct<const LOBES: Lobes>(
         &self,
         directions: Directions,
         at: &Shade,
         xi: [f64; VARIATES],
-    ) -> Option<Vec3> {
+    ) -> (Option<Vec3>, Option<(Vec3, Way)>) {
         let [pick, a, b, c, d, e, f] = xi;
         match directions {
-            Directions::Uniform => {
-                let local = UniformHemisphere.sample(Vec2::new(to_f32(b), to_f32(c)));
-                let response = at.response::<LOBES>(local, at.frame.to_world(local))?;
-                let (radiance, _) = self.arriving(at, response.world)?;
-                Some(response.value * radiance / UniformHemisphere.density(local))
-            }
+            Directions::Uniform => (self.uniformly::<LOBES>(at, [b, c]), None),
             Directions::Mixture(share) => {
+                let value = |found: &Found| found.value / mix(share, found.brdf, found.light);
                 // pick < 1, so that c = 1 is always and c = 0 never.
-                let found = match to_f32(pick) < share {
-                    true => self.along_lobe::<LOBES>(at, [a, b, c], share < 1.0),
-                    false => self.along_light::<LOBES>(at, [a, b, c]),
-                }?;
-                Some(found.value / mix(share, found.brdf, found.light))
+                match to_f32(pick) < share {
+                    true => {
+                        let found = self.along_lobe::<LOBES>(at, [a, b, c], share < 1.0);
+                        (found.map(|found| value(&found)), None)
+                    }
+                    false => {
+                        let light = self.along_light::<LOBES>(at, [a, b, c]);
+                        (None, light.map(|light| (value(&light.found), light.way)))
+                    }
+                }
             }
             Directions::Both(heuristic) => {
                 let lobe = self.along_lobe::<LOBES>(at, [a, b, c], true).map(|found| {
                     let weight = heuristic.weight(found.brdf, found.light);
                     found.value * (weight / found.brdf)
                 });
-                let light = self.along_light::<LOBES>(at, [d, e, f]).map(|found| {
+                let light = self.along_light::<LOBES>(at, [d, e, f]).map(|Unshaded { found, way }| {
                     let weight = heuristic.weight(found.light, found.brdf);
-                    found.value * (weight / found.light)
+                    (found.value * (weight / found.light), way)
                 });
-                match (lobe, light) {
-                    (Some(lobe), Some(light)) => Some(lobe + light),
-                    (one, other) => one.or(other),
-                }
+                (lobe, light)
             }
         }
+    }
+
+    /// The estimate by one direction of the hemisphere.
+    #[inline]
+    fn uniformly<const LOBES: Lobes>(&self, at: &Shade, [a, b]: [f64; 2]) -> Option<Vec3> {
+        let local = UniformHemisphere.sample(Vec2::new(to_f32(a), to_f32(b)));
+        let response = at.response::<LOBES>(local, at.frame.to_world(local))?;
+        let (radiance, _) = self.arriving(at, response.world)?;
+        Some(response.value * radiance / UniformHemisphere.density(local))
     }
 
     /// Light in a direction of the lobes; `None` is darkness.
@@ -272,24 +330,22 @@ impl<'a> Integrator<'a> {
 
     /// Light from where the lights are; `None` is darkness.
     #[inline]
-    fn along_light<const LOBES: Lobes>(&self, at: &Shade, xi: [f64; 3]) -> Option<Found> {
+    fn along_light<const LOBES: Lobes>(&self, at: &Shade, xi: [f64; 3]) -> Option<Unshaded> {
         let draw = self.lights.sample(at.point, xi)?;
         if draw.radiance == Vec3::ZERO {
             return None;
         }
         let response = at.response::<LOBES>(at.frame.to_local(draw.direction), draw.direction)?;
-        let visible = match draw.target {
+        let way = match draw.target {
             Target::Point { point, emitter } => {
                 let triangle = self.scene.emitters[emitter].triangle;
-                self.scene.sees(at.point, at.hit.triangle, point, triangle)
+                Way::Points([(at.point, at.hit.triangle), (point, triangle)])
             }
-            Target::Sky => !self.scene.rays().occluded(&at.scene.leave(&at.hit, draw.direction)),
+            Target::Sky => Way::Ray(self.scene.leave(&at.hit, draw.direction)),
         };
-        visible.then(|| Found {
-            value: response.value * draw.radiance,
-            brdf: response.density,
-            light: draw.density,
-        })
+        let found =
+            Found { value: response.value * draw.radiance, brdf: response.density, light: draw.density };
+        Some(Unshaded { found, way })
     }
 
     /// What arrives along `w`, and where it comes from; `None` is darkness.
@@ -307,7 +363,7 @@ impl<'a> Integrator<'a> {
     }
 }
 
-impl Shade<'_> {
+impl Shade {
     /// What the point makes of light from a direction, given in both frames; `None` if it is nothing.
     #[inline]
     fn response<const LOBES: Lobes>(&self, local: Vec3, world: Vec3) -> Option<Response> {

@@ -174,9 +174,17 @@ impl Rendered {
         let non_finite = AtomicU64::new(0);
         parallel::chunks_mut(self.film.pixels_mut(), TILE, |tile, pixels| {
             let rng = stream(seed, "render", u64::from(pass) << 32 | tile as u64);
-            for (pixel, (i, x, y, xi)) in pixels.iter_mut().zip(samples(integrator, rng, tile, width)) {
-                let directions = weights.map_or(integrator.directions(), |w| Directions::Mixture(w[i]));
-                let mut radiance = integrator.radiance_by::<LOBES>(directions, x, y, xi);
+            let scene = integrator.scene();
+            let begun: Vec<_> = samples(integrator, rng, tile, width)
+                .take(pixels.len())
+                .map(|(i, x, y, xi)| {
+                    let directions = weights.map_or(integrator.directions(), |w| Directions::Mixture(w[i]));
+                    integrator.begin::<LOBES>(directions, x, y, xi)
+                })
+                .collect();
+            // Shadow rays of a tile one after another.
+            for (pixel, begun) in pixels.iter_mut().zip(begun) {
+                let mut radiance = begun.finish(scene);
                 if !radiance.is_finite() {
                     radiance = Vec3::ZERO;
                     non_finite.fetch_add(1, Ordering::Relaxed);
