@@ -41,9 +41,9 @@ pub(super) fn all(case: &Case<'_>, nodes: &Nodes, counts: &Counts) -> Vec<Hypoth
     c.power();
     c.steps();
     c.tables();
-    c.crowd();
-    c.hole();
-    c.moved();
+    c.all.extend(crowd(counts));
+    c.all.extend(hole(counts));
+    c.all.extend(if c.space().axes() == 0 { moved(counts) } else { None });
     c.all
 }
 
@@ -96,7 +96,7 @@ impl Collector<'_> {
                 &leaves,
                 false,
             );
-            self.share(name, &leaves);
+            self.all.extend(share(self.counts, name, &leaves));
         }
     }
 
@@ -163,39 +163,8 @@ impl Collector<'_> {
             let leaves = self.nodes.masses(&|node| charted(value(&node.location), node.jacobian));
             let text = format!("the samples follow another density: {name}");
             self.push_leaves(name.to_owned(), text, 0, &leaves, false);
-            self.share(name, &leaves);
+            self.all.extend(share(self.counts, name, &leaves));
         }
-    }
-
-    /// A share of the samples comes from another density. The likelihood is concave in the share; below 0 the claimed density has too much of it.
-    fn share(&mut self, name: &str, leaves: &[f64]) {
-        let (Some(claimed), Some(other)) =
-            (self.counts.normalised(self.counts.claimed.clone()), self.counts.shape(leaves))
-        else {
-            return;
-        };
-        let least =
-            claimed.iter().zip(&other).filter(|(m, r)| r > m).map(|(m, r)| -m / (r - m)).fold(-1.0, f64::max);
-        let mix = |w: f64| -> Vec<f64> {
-            claimed.iter().zip(&other).map(|(m, r)| ((1.0 - w) * m + w * r).max(0.0)).collect()
-        };
-        let w = minimise(least, 1.0, 40, &|w| self.counts.g(&mix(w)));
-        if w.abs() < 1e-9 {
-            return;
-        }
-        let text = if w > 0.0 {
-            format!("a share of {} of the samples comes from another density: {name}", percent(w))
-        } else {
-            format!("the density claims {} too much of a part: {name}", percent(-w))
-        };
-        let shape = mix(w);
-        self.all.push(Hypothesis {
-            name: format!("share of {}", name.trim_start_matches("of ")),
-            text,
-            parameters: 1,
-            shape,
-            integral: None,
-        });
     }
 
     /// Points put where others belong.
@@ -473,128 +442,148 @@ impl Collector<'_> {
             last.name = name;
         }
     }
+}
 
-    /// No samples in a part of the domain, and nothing else wrong.
-    fn hole(&mut self) {
-        const LEAST: f64 = 0.02;
-        let Some(claimed) = self.counts.normalised(self.counts.claimed.clone()) else { return };
-        let counts = self.counts;
-        let ratio = |cell: usize| counts.observed[cell] / (counts.drawn * claimed[cell]).max(1e-3);
-        let heavy = |cell: &usize| counts.drawn * claimed[*cell] > 20.0;
-        let is_empty = |cell: usize| ratio(cell) < 0.05;
-        // What the density should be multiplied with where there are samples.
-        let mut full: Vec<f64> = (0..claimed.len()).filter(heavy).map(ratio).filter(|r| *r >= 0.05).collect();
-        full.sort_by(f64::total_cmp);
-        let Some(&level) = full.get(full.len() / 2) else { return };
-        // Cells that the border of the hole runs through have samples in a part of them.
-        let is_cut = |cell: usize| {
-            let expected = level * counts.drawn * claimed[cell];
-            !is_empty(cell) && counts.observed[cell] < expected - 5.0 * expected.sqrt()
-        };
-        let held: f64 = (0..claimed.len()).filter(|&c| is_empty(c)).map(|c| claimed[c]).sum();
-        let cut: Vec<usize> = (0..claimed.len()).filter(heavy).filter(|&c| is_cut(c)).collect();
-        let on_border: f64 = cut.iter().map(|&c| claimed[c]).sum();
-        let most = 4.0 * (claimed.len() as f64).sqrt();
-        if !(LEAST..=1.0 - LEAST).contains(&held) || on_border > held || cut.len() as f64 > most {
-            return;
-        }
-        let shape = (0..claimed.len()).map(|cell| match cell {
-            cell if is_empty(cell) || cut.contains(&cell) => counts.observed[cell] / counts.drawn,
-            cell => level * claimed[cell],
-        });
-        let Some(shape) = counts.normalised(shape.collect()) else { return };
-        let first = (0..claimed.len()).find(|&c| is_empty(c)).unwrap_or(0);
-        let text = format!(
-            "there are no samples where the density has {} of its mass, for one at {}; everywhere else they follow it",
-            percent(held),
-            counts.places[first]
-        );
-        let parameters = 2 + cut.len() as u32;
-        self.all.push(Hypothesis { name: "hole".to_owned(), text, parameters, shape, integral: None });
+/// A share of the samples comes from another density. The likelihood is concave in the share; below 0 the claimed density has too much of it.
+fn share(counts: &Counts, name: &str, leaves: &[f64]) -> Option<Hypothesis> {
+    let (claimed, other) = (counts.normalised(counts.claimed.clone())?, counts.shape(leaves)?);
+    let least =
+        claimed.iter().zip(&other).filter(|(m, r)| r > m).map(|(m, r)| -m / (r - m)).fold(-1.0, f64::max);
+    let mix = |w: f64| -> Vec<f64> {
+        claimed.iter().zip(&other).map(|(m, r)| ((1.0 - w) * m + w * r).max(0.0)).collect()
+    };
+    let w = minimise(least, 1.0, 40, &|w| counts.g(&mix(w)));
+    if w.abs() < 1e-9 {
+        return None;
     }
+    let text = if w > 0.0 {
+        format!("a share of {} of the samples comes from another density: {name}", percent(w))
+    } else {
+        format!("the density claims {} too much of a part: {name}", percent(-w))
+    };
+    let shape = mix(w);
+    Some(Hypothesis {
+        name: format!("share of {}", name.trim_start_matches("of ")),
+        text,
+        parameters: 1,
+        shape,
+        integral: None,
+    })
+}
 
-    /// The mass of a few entries goes to a few others, and nothing else is wrong.
-    fn moved(&mut self) {
-        const MOST: usize = 12;
-        if self.space().axes() > 0 {
-            return;
-        }
-        let Some(claimed) = self.counts.normalised(self.counts.claimed.clone()) else { return };
-        let counts = self.counts;
-        let excess = |cell: &usize| counts.observed[*cell] / counts.drawn - claimed[*cell];
-        let noise = |cell: usize| (claimed[cell].max(1e-3 / counts.drawn) / counts.drawn).sqrt();
-        let mut off: Vec<usize> = (0..claimed.len()).filter(|c| excess(c).abs() > 5.0 * noise(*c)).collect();
-        off.sort_by(|a, b| (excess(b).abs() / noise(*b)).total_cmp(&(excess(a).abs() / noise(*a))));
-        off.truncate(MOST.min(claimed.len() / 4));
-        let (more, less): (Vec<usize>, Vec<usize>) = off.iter().partition(|c| excess(c) > 0.0);
-        let (Some(&most), Some(&least)) = (more.first(), less.first()) else { return };
-        let gained: f64 = more.iter().map(excess).sum();
-        let lost: f64 = -less.iter().map(excess).sum::<f64>();
-        // What some have too much, the others have too little.
-        if (gained - lost).abs() > 5.0 * off.iter().map(|&c| noise(c).powi(2)).sum::<f64>().sqrt() {
-            return;
-        }
-        let (shape, parameters) = if off.len() <= 2 {
-            let share = (0.5 * (gained + lost)).min(claimed[least]);
-            let mut shape = claimed.clone();
-            shape[most] += share;
-            shape[least] -= share;
-            (shape, 3)
-        } else {
-            let mut shape = claimed.clone();
-            off.iter().for_each(|&cell| shape[cell] = counts.observed[cell] / counts.drawn);
-            let Some(shape) = counts.normalised(shape) else { return };
-            (shape, 2 * off.len() as u32)
-        };
-        let (from, to) = (counts.places[least].clone(), counts.places[most].clone());
-        let entries = match (less.len(), more.len()) {
-            (1, 1) => format!("from {from} to {to}"),
-            (a, b) => format!("from {a} entries, first {from}, to {b}, first {to}"),
-        };
-        let text = format!(
-            "a probability of {gained:.3e} moved {entries}: an entry of a table that was not filled or gave away too much, a search that is one step off at its ends"
-        );
-        self.all.push(Hypothesis {
-            name: "mass moved between entries".to_owned(),
-            text,
-            parameters,
-            shape,
-            integral: None,
-        });
+/// No samples in a part of the domain, and nothing else wrong.
+fn hole(counts: &Counts) -> Option<Hypothesis> {
+    const LEAST: f64 = 0.02;
+    let claimed = counts.normalised(counts.claimed.clone())?;
+    let ratio = |cell: usize| counts.observed[cell] / (counts.drawn * claimed[cell]).max(1e-3);
+    let heavy = |cell: &usize| counts.drawn * claimed[*cell] > 20.0;
+    let is_empty = |cell: usize| ratio(cell) < 0.05;
+    // What the density should be multiplied with where there are samples.
+    let mut full: Vec<f64> = (0..claimed.len()).filter(heavy).map(ratio).filter(|r| *r >= 0.05).collect();
+    full.sort_by(f64::total_cmp);
+    let &level = full.get(full.len() / 2)?;
+    // Cells that the border of the hole runs through have samples in a part of them.
+    let is_cut = |cell: usize| {
+        let expected = level * counts.drawn * claimed[cell];
+        !is_empty(cell) && counts.observed[cell] < expected - 5.0 * expected.sqrt()
+    };
+    let held: f64 = (0..claimed.len()).filter(|&c| is_empty(c)).map(|c| claimed[c]).sum();
+    let cut: Vec<usize> = (0..claimed.len()).filter(heavy).filter(|&c| is_cut(c)).collect();
+    let on_border: f64 = cut.iter().map(|&c| claimed[c]).sum();
+    let most = 4.0 * (claimed.len() as f64).sqrt();
+    if !(LEAST..=1.0 - LEAST).contains(&held) || on_border > held || cut.len() as f64 > most {
+        return None;
     }
+    let shape = (0..claimed.len()).map(|cell| match cell {
+        cell if is_empty(cell) || cut.contains(&cell) => counts.observed[cell] / counts.drawn,
+        cell => level * claimed[cell],
+    });
+    let shape = counts.normalised(shape.collect())?;
+    let first = (0..claimed.len()).find(|&c| is_empty(c)).unwrap_or(0);
+    let text = format!(
+        "there are no samples where the density has {} of its mass, for one at {}; everywhere else they follow it",
+        percent(held),
+        counts.places[first]
+    );
+    let parameters = 2 + cut.len() as u32;
+    Some(Hypothesis { name: "hole".to_owned(), text, parameters, shape, integral: None })
+}
 
-    /// Too many samples in a few places, and nothing else wrong.
-    fn crowd(&mut self) {
-        const MOST: usize = 64;
-        const HELD: f64 = 0.05;
-        let Some(claimed) = self.counts.normalised(self.counts.claimed.clone()) else { return };
-        let counts = self.counts;
-        let excess = |cell: usize| {
-            let expected = (counts.drawn * claimed[cell]).max(1e-3);
-            (counts.observed[cell] - expected) / expected.sqrt()
-        };
-        let mut order: Vec<usize> = (0..claimed.len()).collect();
-        order.sort_by(|&a, &b| excess(b).total_cmp(&excess(a)));
-        order.truncate(MOST.min(claimed.len() / 4));
-        order.retain(|&cell| excess(cell) > 6.0);
-        let held: f64 = order.iter().map(|&cell| claimed[cell]).sum();
-        if order.is_empty() || held > HELD {
-            return;
-        }
-        let inside: f64 = order.iter().map(|&cell| counts.observed[cell] / counts.drawn).sum();
-        let mut shape: Vec<f64> = claimed.iter().map(|m| m * (1.0 - inside) / (1.0 - held)).collect();
-        for &cell in &order {
-            shape[cell] = counts.observed[cell] / counts.drawn;
-        }
-        let text = format!(
-            "{} of the samples crowd where the density has {} of its mass (clamped, left over or not finite before), first at {}; everywhere else they follow it",
-            percent(inside),
-            percent(held),
-            counts.places[order[0]]
-        );
-        let parameters = 2 * order.len() as u32;
-        self.all.push(Hypothesis { name: "crowd".to_owned(), text, parameters, shape, integral: None });
+/// The mass of a few entries goes to a few others, and nothing else is wrong.
+fn moved(counts: &Counts) -> Option<Hypothesis> {
+    const MOST: usize = 12;
+    let claimed = counts.normalised(counts.claimed.clone())?;
+    let excess = |cell: &usize| counts.observed[*cell] / counts.drawn - claimed[*cell];
+    let noise = |cell: usize| (claimed[cell].max(1e-3 / counts.drawn) / counts.drawn).sqrt();
+    let mut off: Vec<usize> = (0..claimed.len()).filter(|c| excess(c).abs() > 5.0 * noise(*c)).collect();
+    off.sort_by(|a, b| (excess(b).abs() / noise(*b)).total_cmp(&(excess(a).abs() / noise(*a))));
+    off.truncate(MOST.min(claimed.len() / 4));
+    let (more, less): (Vec<usize>, Vec<usize>) = off.iter().partition(|c| excess(c) > 0.0);
+    let (&most, &least) = (more.first()?, less.first()?);
+    let gained: f64 = more.iter().map(excess).sum();
+    let lost: f64 = -less.iter().map(excess).sum::<f64>();
+    // What some have too much, the others have too little.
+    if (gained - lost).abs() > 5.0 * off.iter().map(|&c| noise(c).powi(2)).sum::<f64>().sqrt() {
+        return None;
     }
+    let (shape, parameters) = if off.len() <= 2 {
+        let share = (0.5 * (gained + lost)).min(claimed[least]);
+        let mut shape = claimed.clone();
+        shape[most] += share;
+        shape[least] -= share;
+        (shape, 3)
+    } else {
+        let mut shape = claimed.clone();
+        off.iter().for_each(|&cell| shape[cell] = counts.observed[cell] / counts.drawn);
+        (counts.normalised(shape)?, 2 * off.len() as u32)
+    };
+    let (from, to) = (counts.places[least].clone(), counts.places[most].clone());
+    let entries = match (less.len(), more.len()) {
+        (1, 1) => format!("from {from} to {to}"),
+        (a, b) => format!("from {a} entries, first {from}, to {b}, first {to}"),
+    };
+    let text = format!(
+        "a probability of {gained:.3e} moved {entries}: an entry of a table that was not filled or gave away too much, a search that is one step off at its ends"
+    );
+    Some(Hypothesis {
+        name: "mass moved between entries".to_owned(),
+        text,
+        parameters,
+        shape,
+        integral: None,
+    })
+}
+
+/// Too many samples in a few places, and nothing else wrong.
+fn crowd(counts: &Counts) -> Option<Hypothesis> {
+    const MOST: usize = 64;
+    const HELD: f64 = 0.05;
+    let claimed = counts.normalised(counts.claimed.clone())?;
+    let excess = |cell: usize| {
+        let expected = (counts.drawn * claimed[cell]).max(1e-3);
+        (counts.observed[cell] - expected) / expected.sqrt()
+    };
+    let mut order: Vec<usize> = (0..claimed.len()).collect();
+    order.sort_by(|&a, &b| excess(b).total_cmp(&excess(a)));
+    order.truncate(MOST.min(claimed.len() / 4));
+    order.retain(|&cell| excess(cell) > 6.0);
+    let held: f64 = order.iter().map(|&cell| claimed[cell]).sum();
+    if order.is_empty() || held > HELD {
+        return None;
+    }
+    let inside: f64 = order.iter().map(|&cell| counts.observed[cell] / counts.drawn).sum();
+    let mut shape: Vec<f64> = claimed.iter().map(|m| m * (1.0 - inside) / (1.0 - held)).collect();
+    for &cell in &order {
+        shape[cell] = counts.observed[cell] / counts.drawn;
+    }
+    let text = format!(
+        "{} of the samples crowd where the density has {} of its mass (clamped, left over or not finite before), first at {}; everywhere else they follow it",
+        percent(inside),
+        percent(held),
+        counts.places[order[0]]
+    );
+    let parameters = 2 * order.len() as u32;
+    Some(Hypothesis { name: "crowd".to_owned(), text, parameters, shape, integral: None })
 }
 
 /// The place of the least value of a function with one minimum, by golden sections (Kiefer 1953).

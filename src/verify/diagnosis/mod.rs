@@ -15,6 +15,7 @@ mod hypotheses;
 mod nodes;
 
 use super::check::Case;
+use crate::domain::{Integral, Space};
 use counts::Counts;
 use hypotheses::Hypothesis;
 use nodes::Nodes;
@@ -192,22 +193,33 @@ fn by_counts(case: &Case<'_>) -> Option<Diagnosis> {
     }
     let nodes = Nodes::new(case);
     let shape = counts.normalised(counts.claimed.clone())?;
-    let (g_shape, ln_n) = (counts.g(&shape), counts.drawn.ln());
-    let shape_fits = counts.accepts(&shape, 0);
     let hypotheses = hypotheses::all(case, &nodes, &counts);
     if case.settings.stopped() {
         return None;
     }
+    let constant = constant(total, case.probe.space(), &counts, &shape);
+    likeliest(total, &counts, &shape, hypotheses, constant)
+}
+
+/// What explains the counts best: the claimed shape, times a constant if there is one, or a hypothesis.
+fn likeliest(
+    total: Integral,
+    counts: &Counts,
+    shape: &[f64],
+    hypotheses: Vec<Hypothesis>,
+    constant: Option<Diagnosis>,
+) -> Option<Diagnosis> {
+    let (g_shape, ln_n) = (counts.g(shape), counts.drawn.ln());
+    let shape_fits = counts.accepts(shape, 0);
     let tried = hypotheses.len() + 1;
     let mut fits: Vec<Fit> = hypotheses
         .into_iter()
-        .filter(|h| counts.distance(&h.shape, &shape) > ALIKE)
+        .filter(|h| counts.distance(&h.shape, shape) > ALIKE)
         .map(|hypothesis| {
             let g = counts.g(&hypothesis.shape);
             Fit { score: -g - f64::from(hypothesis.parameters) * ln_n, g, hypothesis }
         })
         .collect();
-    let constant = constant(case, &counts, &shape);
     fits.sort_by(|a, b| b.score.total_cmp(&a.score)); // stable: the plainer one first
     let gained = fits.first().is_some_and(|best| best.score + g_shape > GAIN);
     if !gained {
@@ -218,7 +230,7 @@ fn by_counts(case: &Case<'_>) -> Option<Diagnosis> {
                 Some(constant)
             }
             _ if shape_fits => None,
-            _ => Some(unknown(tried, None, &counts, 0.0)),
+            _ => Some(unknown(tried, None, counts, 0.0)),
         };
     }
     let best_score = fits[0].score;
@@ -237,7 +249,7 @@ fn by_counts(case: &Case<'_>) -> Option<Diagnosis> {
     let accepted = counts.accepts(&best.hypothesis.shape, best.hypothesis.parameters);
     let gain = 0.5 * (counts.g_claimed() - best.g);
     if !(accepted || left < LEFT) {
-        return Some(unknown(tried, Some((best, left)), &counts, gain));
+        return Some(unknown(tried, Some((best, left)), counts, gain));
     }
     let margin = rest.first().map(|next| 0.5 * (best_score - next.score));
     let mut names: Vec<String> = Vec::new();
@@ -251,7 +263,7 @@ fn by_counts(case: &Case<'_>) -> Option<Diagnosis> {
     if !names.is_empty() {
         text += &format!(" (or, which looks the same here: {})", names.join("; "));
     }
-    text += &side(case, &counts, best.hypothesis.integral);
+    text += &side(total, counts, best.hypothesis.integral);
     if !accepted {
         text += &format!("; {:.1}% of the deviation is left", 100.0 * left);
     }
@@ -275,11 +287,11 @@ fn behind(fits: &[Fit], best: f64) -> Vec<(String, f64)> {
 }
 
 /// Which side the integral points to: a density that lacks a factor hardly integrates to 1 by accident.
-fn side(case: &Case<'_>, counts: &Counts, integral: Option<f64>) -> String {
+fn side(total: Integral, counts: &Counts, integral: Option<f64>) -> String {
     let Some(integral) = integral else { return String::new() };
     let should = counts.drawn / counts.all;
-    let near = 1e-3 + 4.0 * ((1.0 - should) / counts.all).sqrt() + case.expectation.total.error;
-    let (claimed_off, off) = ((case.expectation.total.value - should).abs(), (integral - should).abs());
+    let near = 1e-3 + 4.0 * ((1.0 - should) / counts.all).sqrt() + total.error;
+    let (claimed_off, off) = ((total.value - should).abs(), (integral - should).abs());
     if claimed_off < near && off > 5.0 * near {
         "; the density integrates as it should, which points to the sampler".to_owned()
     } else if off < near && claimed_off > 5.0 * near {
@@ -290,8 +302,7 @@ fn side(case: &Case<'_>, counts: &Counts, integral: Option<f64>) -> String {
 }
 
 /// The shape is right, the integral is not.
-fn constant(case: &Case<'_>, counts: &Counts, shape: &[f64]) -> Option<Diagnosis> {
-    let total = case.expectation.total;
+fn constant(total: Integral, space: &dyn Space, counts: &Counts, shape: &[f64]) -> Option<Diagnosis> {
     let should = counts.drawn / counts.all;
     let ratio = total.value / should;
     let noise = ((1.0 - should) / counts.drawn).sqrt();
@@ -300,9 +311,9 @@ fn constant(case: &Case<'_>, counts: &Counts, shape: &[f64]) -> Option<Diagnosis
         return None;
     }
     let gain = 0.5 * (counts.g_claimed() - counts.g(shape));
-    let known = hypotheses::constant(ratio, tolerance, case.probe.space().patches());
+    let known = hypotheses::constant(ratio, tolerance, space.patches());
     // A name for what any constant may be chance for; only lobes have exponents.
-    let directions = matches!(case.probe.space().name(), "hemisphere" | "sphere");
+    let directions = matches!(space.name(), "hemisphere" | "sphere");
     let exponent = hypotheses::exponent(ratio, tolerance).filter(|_| directions);
     let figures = format!("its integral is {:.6} where {should:.6} of the samples are drawn", total.value);
     let (name, text) = match (known, exponent) {
