@@ -121,6 +121,19 @@ fn factors_of_a_square() {
     assert!(!neither.text.contains("points to"), "{}", neither.text);
 }
 
+/// Whole rows of a table that has 1 all over, by the factor at their centres.
+#[test]
+fn factors_of_rows() {
+    let of_row = |x: f64| ((4.0 * x).floor() + 0.5) / 4.0;
+    let rows = is(
+        &on_a_grid(Knots::grid(4, 1), |_, _| 1.0, |x, _| ((4.0 * x).floor() + 0.5) / 4.0, 0.875),
+        "lacks x",
+    );
+    assert!(!rows.text.contains("is left"), "{}", rows.text);
+    let gain: f64 = [0.1, 0.3, 0.6, 0.8].map(|x| 2.0 * of_row(x) * (2.0 * of_row(x)).ln()).iter().sum();
+    near(rows.gain, 7_000.0 * gain / 4.0, 0.02);
+}
+
 #[test]
 fn powers_and_shares() {
     let claimed: OnSquare = |x, _| (0.2 + x).powi(2) / 0.573_333_333_333_333_3;
@@ -136,6 +149,23 @@ fn powers_and_shares() {
     near(number(&share, "the density claims "), 200.0 / 3.0, 0.02);
     assert!(share.text.contains("% too much of a part: uniform"), "{}", share.text);
     is(&on_a_square(|x, y| 0.2 + 1.6 * x * 2.0 * y * 0.5 + 0.4, |_, _| 1.0, 1.0), "uniform");
+}
+
+/// Densities are raised to powers whatever unit they are per.
+#[test]
+fn powers_of_large_densities() {
+    const SHORT: f64 = 1e-100;
+    let claimed = |x: &f64| (0.2 + x / SHORT).powi(2) / 0.573_333_333_333_333_3 / SHORT;
+    let actual = |x: &f64| (0.2 + x / SHORT).powi(4) / SHORT;
+    is(&diagnosed(Interval::new(0.0, SHORT), Knots::default(), claimed, actual, 2.08), "density squared");
+}
+
+/// The rows of a table are on a domain of two axes.
+#[test]
+fn entries_of_a_line() {
+    let table = |x: &f64| [1.0, 3.0, 2.0, 2.0][(4.0 * x) as usize] / 2.0;
+    let even = is(&diagnosed(Interval::new(0.0, 1.0), Knots::grid(4, 1), table, |_| 1.0, 1.0), "uniform");
+    assert!(!even.is("rows chosen alike") && !even.is("rows normalised"), "{even:?}");
 }
 
 #[test]
@@ -205,6 +235,8 @@ fn steps_holes_and_crowds() {
         !odd.explains && odd.name == "unknown" && odd.margin.is_none() && odd.gain == 0.0 || odd.gain > 0.0,
         "{odd:?}"
     );
+    // Of 7000 samples a cell has a hundred at least.
+    assert!((16.0..=70.0).contains(&number(&odd, "explains the counts in ")), "{}", odd.text);
     assert!(
         odd.text.starts_with("none of the ") && odd.text.contains(" known mistakes explains the counts in 1"),
         "{}",
@@ -319,6 +351,31 @@ fn tables_by_columns_and_rows() {
     is(&of_a_table(|x, y| looked_up(x, y) / row_sum(x)), "rows chosen alike");
 }
 
+/// Rows of several sizes, each with a slope of its own.
+#[test]
+fn rows_of_several_sizes() {
+    const SIZES: [f64; 4] = [0.2, 0.3, 0.1, 0.4];
+    let row = |x: f64| [0.2, 0.5, 0.6].iter().filter(|&&end| end <= x).count();
+    let within = |row: usize, y: f64| if row.is_multiple_of(2) { 0.5 + y } else { 1.5 - y };
+    let judged = |weight: &dyn Fn(usize) -> f64| {
+        let claimed = move |p: &glam::DVec2| [1.0, 3.0, 2.0, 0.5][row(p.x)] / 1.5 * within(row(p.x), p.y);
+        let actual = |p: &glam::DVec2| weight(row(p.x)) * within(row(p.x), p.y);
+        let knots = Knots { axes: [vec![0.2, 0.5, 0.6], vec![]] };
+        diagnosed(Square, knots, claimed, actual, 15.0)
+    };
+    let each = is(&judged(&|_| 1.0), "rows normalised");
+    assert!(
+        each.text.starts_with("rows are normalised each on its own") && !each.is("rows chosen alike"),
+        "{each:?}"
+    );
+    let alike = is(&judged(&|row| 1.0 / SIZES[row]), "rows chosen alike");
+    assert!(
+        alike.text.starts_with("all rows are chosen with the same probability")
+            && !alike.is("rows normalised"),
+        "{alike:?}"
+    );
+}
+
 #[test]
 fn factors_of_directions() {
     let hemisphere = |claimed: fn(f64) -> f64, actual: fn(f64) -> f64| {
@@ -326,6 +383,8 @@ fn factors_of_directions() {
     };
     let cosine = is(&hemisphere(|_| 0.5 * FRAC_1_PI, |z| z), "lacks cos theta");
     assert!(cosine.is("cosine-weighted"));
+    // About +Z it has no axis of its own.
+    assert!(!cosine.alike.iter().any(|name| name.contains("axis")), "{cosine:?}");
     is(&hemisphere(|_| 0.5 * FRAC_1_PI, |z| (1.0 - z * z).sqrt()), "lacks sin theta");
     is(&hemisphere(|z| z * FRAC_1_PI, |_| 1.0), "uniform");
     is(&hemisphere(|z| 1.5 * z * z * FRAC_1_PI, |z| 1.0 - z * z), "sin theta and cos theta exchanged");
@@ -335,10 +394,13 @@ fn factors_of_directions() {
 #[test]
 fn factors_about_an_oblique_axis() {
     let axis = glam::DVec3::new(0.6, 0.0, 0.8);
-    let lobe = |actual: fn(f64) -> f64| {
-        let claimed = move |w: &glam::DVec3| 5.0 / (2.0 * PI) * w.dot(axis).max(0.0).powi(4);
+    let lobe = |times: f64, actual: fn(f64) -> f64| {
+        let claimed = move |w: &glam::DVec3| times * 5.0 / (2.0 * PI) * w.dot(axis).max(0.0).powi(4);
         diagnosed(Sphere, Knots::default(), claimed, move |w| actual(w.dot(axis)), 2.0 * PI * PI)
     };
+    // Whatever the density integrates to.
+    is(&lobe(0.25, |c| c.max(0.0).powi(5)), "lacks cos of the angle to the lobe's axis");
+    let lobe = |actual: fn(f64) -> f64| lobe(1.0, actual);
     is(&lobe(|c| c.max(0.0).powi(5)), "lacks cos of the angle to the lobe's axis");
     is(
         &lobe(|c| c.max(0.0).powi(4) * (1.0 - c * c).max(0.0).sqrt()),
@@ -445,6 +507,17 @@ fn entries_in_figures() {
             .sum::<f64>()
     };
     near(found.gain, 0.5 * g(&step, &even), 1e-4);
+    // Where one at either end has no mass a single sample of it is no step.
+    let stray: Vec<u64> = (0..33)
+        .map(|i| [1, 168, 210][usize::from(i > 0) + usize::from(i > 16)] + if i == 5 { 6 } else { 0 })
+        .collect();
+    let masses: Vec<f64> = (0..33).map(|i| if i < 1 { 0.0 } else { 1.0 / 32.0 }).collect();
+    let reversed = |all: &[f64]| all.iter().rev().copied().collect::<Vec<f64>>();
+    let first = is(&entries(&masses, &stray), "step along the index");
+    assert!(first.text.starts_with("from index 17 on there are 1.1"), "{}", first.text);
+    let stray: Vec<u64> = stray.into_iter().rev().collect();
+    let last = is(&entries(&reversed(&masses), &stray), "step along the index");
+    assert!(last.text.starts_with("from index 16 on there are 0.8"), "{}", last.text);
     // All that were left over went to the last one.
     let rest: Vec<u64> = (0..40).map(|i| if i < 39 { 168 } else { 168 + 7 * 40 }).collect();
     is(&entries(&even, &rest), "the rest goes to the last entry");
@@ -505,6 +578,10 @@ fn entries_in_figures() {
     );
     let share = entries(&uneven, &counts(&|i| 0.7 * mass(i) + 0.3 / 40.0));
     near(number(&is(&share, "share of uniform"), "a share of "), 30.0, 0.02);
+    // That all are drawn alike has one name, and two cells are enough for it.
+    let alike = is(&entries(&uneven, &[175; 40]), "uniform");
+    assert!(!alike.is("patches chosen alike"), "{alike:?}");
+    is(&entries(&[0.3, 0.7], &[3500; 2]), "uniform");
     let squares: f64 = uneven.iter().map(|m| m * m).sum();
     is(&entries(&uneven, &counts(&|i| mass(i) * mass(i) / squares)), "density squared");
 }

@@ -229,6 +229,10 @@ fn targets_without_density() {
     );
     let share: f64 = diagnosis.text.split('(').nth(1).unwrap().split('%').next().unwrap().parse().unwrap();
     assert!((share - 10.0).abs() < 1.0, "{share}");
+    // Of where the target is 0 nothing is asked.
+    let half = judged(|x| if x > 0.5 { 1.0 } else { 0.0 }).diagnosis.unwrap();
+    let share: f64 = half.text.split('(').nth(1).unwrap().split('%').next().unwrap().parse().unwrap();
+    assert!((share - 20.0).abs() < 2.0, "{share}");
     let nan = judged(|x| if x > 0.5 { f64::NAN } else { 1.0 });
     let said = found(&nan, "support", "target");
     is_certain(said, warpcheck::verify::Verdict::Inconclusive);
@@ -291,6 +295,12 @@ fn importance_of_another_function() {
     // A rival that spreads as much is none: 0.2 at most where 0.1 is promised, and less than half of what is found.
     let rough = judged(|x| x * x, 0.1, Some(|x| if x < 0.5 { 2.0 * x } else { x })).unwrap();
     assert!(rough.is("importance of another function"), "{rough:?}");
+    // x^p / 2 x has a spread of (p - 1) / sqrt(4 p): 0.35 of x^2 is less than half of the 1.24 of x^8, but more than 0.2.
+    let loose = judged(|x| x.powi(8), 0.1, Some(|x| x * x)).unwrap();
+    assert!(loose.is("importance of another function"), "{loose:?}");
+    // 0.25 of x^1.65 is less than 0.3, but not than half of 0.35.
+    let hardly = judged(|x| x * x, 0.15, Some(|x| x.powf(1.65))).unwrap();
+    assert!(hardly.is("importance of another function"), "{hardly:?}");
 }
 
 #[test]
@@ -322,6 +332,20 @@ fn densities_that_disagree() {
         "{scattered:?}"
     );
     assert_eq!(told(&|_| 1.0), None);
+    // Another one within leaves too, of which there are some 2000, but hardly.
+    let waves = told(&|x| 1.0 + 0.5 * (200.0 * x).sin()).unwrap();
+    assert!(waves.is("density returned is another"), "{waves:?}");
+}
+
+/// Of densities of which some are 0 where they are returned: the others are 1.25 times those that are asked.
+#[test]
+fn densities_that_disagree_by_a_constant() {
+    let sample = |x: &[f64]| {
+        let point = x[0].sqrt();
+        Some(Sample { point, density: if x[0] < 0.01 { 0.0 } else { 2.5 * point } })
+    };
+    let constant = diagnosis(&Told::new(line(), sample, |x| 2.0 * x), FEW).unwrap();
+    assert_eq!(constant.text, "the density returned with a sample is 1.250000 times the one at its point");
 }
 
 #[test]

@@ -269,3 +269,26 @@ fn densities_of_rows_alone() {
     };
     assert!(entries(1.0) > 1e-3 && entries(1.1) < 1e-9 && entries(0.9) < 1e-9);
 }
+
+/// What a mean says of a constant depends on how well it is known in proportion to it.
+#[test]
+fn constants_of_rows_alone() {
+    let points = rising(40_000);
+    let degrees = own(&points, |x| (0.5 + x).to_radians(), false).diagnosis.unwrap();
+    assert_eq!(degrees.name, "constant pi / 180");
+    assert!(degrees.text.starts_with("every value is pi / 180 times what it should be (the densities"));
+    // Densities that are right have no such constant, whatever else is wrong: here the second of two points is the greater one.
+    let mut pairs = points.clone();
+    pairs.chunks_mut(2).for_each(|pair| pair.sort_by(f64::total_cmp));
+    let dependent = own(&pairs, |x| 0.5 + x, false);
+    assert!(!dependent.passed() && dependent.diagnosis.is_none(), "{:?}", dependent.diagnosis);
+}
+
+/// How pilots fall into cells is no density that counts could be held against.
+#[test]
+fn rows_alone_have_no_expected_counts() {
+    let mut points = rising(40_000);
+    points[..5_000].iter_mut().for_each(|x| *x = (*x + 0.5).fract());
+    let wrong = own(&points, |x| if x < 0.5 { 0.8 } else { 1.25 } * (0.5 + x), false);
+    assert!(p_of(found(&wrong, "weights", "1 / density")).0 < 1e-9 && wrong.diagnosis.is_none(), "{wrong:?}");
+}

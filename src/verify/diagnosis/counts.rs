@@ -126,6 +126,26 @@ impl Counts {
     }
 }
 
+#[cfg(test)]
+impl Counts {
+    /// Each leaf a cell, its mass known exactly.
+    pub fn exact(observed: &[f64], claimed: &[f64], rejected: f64) -> Self {
+        let (cells, drawn) = (observed.len(), observed.iter().sum::<f64>());
+        Self {
+            of_leaf: (0..cells).collect(),
+            places: (0..cells).map(|cell| format!("cell {cell}")).collect(),
+            observed: observed.to_vec(),
+            claimed: claimed.to_vec(),
+            errors: vec![0.0; cells],
+            slivers: vec![0.0; cells],
+            drawn,
+            all: drawn + rejected,
+            rejected,
+            rejected_claimed: 1.0 - claimed.iter().sum::<f64>(),
+        }
+    }
+}
+
 fn gather(of_leaf: &[usize], cells: usize, leaves: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut sums = vec![0.0; cells];
     of_leaf.iter().zip(leaves).for_each(|(&cell, value)| sums[cell] += value);

@@ -682,6 +682,130 @@ mod tests {
         assert!((minimise(0.0, 1.0, 10, &|x| -x) + at_end - 1.0).abs() < 1e-9);
     }
 
+    #[track_caller]
+    fn all_near(found: &[f64], expected: &[f64]) {
+        let same =
+            found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-8);
+        assert!(same, "{found:?}, not {expected:?}");
+    }
+
+    /// So many cells in a row with this value each.
+    fn runs(runs: &[(usize, f64)]) -> Vec<f64> {
+        runs.iter().flat_map(|&(count, value)| vec![value; count]).collect()
+    }
+
+    /// Of an even density no more can be taken than leaves the first cell empty: a quarter, though the last cell has yet more samples.
+    #[test]
+    fn shares_end_at_an_empty_cell() {
+        let counts = Counts::exact(&[0.0, 2400.0, 6600.0], &[0.2 / 3.0, 1.0 / 3.0, 0.6], 0.0);
+        let share = share(&counts, "of uniform", &[1.0; 3]).unwrap();
+        assert_eq!(
+            (share.name.as_str(), share.text.as_str(), share.parameters),
+            ("share of uniform", "the density claims 25.00% too much of a part: of uniform", 1)
+        );
+        all_near(&share.shape, &[0.0, 1.0 / 3.0, 2.0 / 3.0]);
+    }
+
+    #[test]
+    fn holes_and_their_borders() {
+        // Empty, on the border, full.
+        let counts =
+            Counts::exact(&runs(&[(24, 0.0), (15, 60.0), (25, 150.0)]), &runs(&[(64, 1.0 / 64.0)]), 0.0);
+        let hole = hole(&counts).unwrap();
+        assert_eq!((hole.name.as_str(), hole.parameters), ("hole", 2 + 15));
+        assert_eq!(
+            hole.text,
+            "there are no samples where the density has 37.50% of its mass, for one at cell 0; everywhere else they follow it"
+        );
+        all_near(&hole.shape, &runs(&[(24, 0.0), (15, 60.0 / 4650.0), (25, 150.0 / 4650.0)]));
+    }
+
+    /// Cells that expect less than 20 samples don't say how many times the density the others have, however many they are.
+    #[test]
+    fn holes_are_judged_by_heavy_cells() {
+        let masses = runs(&[(50, 1.0 / 56.0), (60, 0.1 / 56.0)]);
+        let counts = Counts::exact(&runs(&[(24, 0.0), (6, 60.0), (20, 150.0), (60, 5.0)]), &masses, 0.0);
+        let shape = hole(&counts).unwrap().shape;
+        all_near(&shape, &runs(&[(24, 0.0), (6, 60.0 / 4260.0), (20, 150.0 / 4260.0), (60, 15.0 / 4260.0)]));
+    }
+
+    #[test]
+    fn holes_that_are_none() {
+        let is = |observed: &[(usize, f64)], masses: &[(usize, f64)]| {
+            let (observed, masses) = (runs(observed), runs(masses));
+            let total: f64 = masses.iter().sum();
+            let masses: Vec<f64> = masses.iter().map(|m| m / total).collect();
+            hole(&Counts::exact(&observed, &masses, 0.0)).is_some()
+        };
+        // A border of more than what it is around.
+        let bordered = |cut: usize| is(&[(10, 0.0), (cut, 60.0), (54 - cut, 150.0)], &[(64, 1.0)]);
+        assert!(bordered(10) && !bordered(11));
+        // Of a hundred cells 40 may be on the border.
+        let frayed = |cut: usize| is(&[(14, 0.0), (cut, 40.0), (86 - cut, 100.0)], &[(14, 4.0), (86, 1.0)]);
+        assert!(frayed(40) && !frayed(41));
+        // Less than 2% of the mass, or all but 2%.
+        let held = |share: f64| is(&[(1, 0.0), (1, 7000.0)], &[(1, share), (1, 1.0 - share)]);
+        assert_eq!([0.019, 0.021, 0.979, 0.981].map(held), [false, true, true, false]);
+    }
+
+    #[test]
+    fn masses_that_are_moved() {
+        let cells = |mut all: Vec<f64>, some: [f64; 2]| {
+            (all[5], all[12]) = (some[0], some[1]);
+            all
+        };
+        // To an entry that is never drawn, from one that is so rarely.
+        let rest = (1.0 - 2e-4) / 38.0;
+        let claimed = cells(vec![rest; 40], [2e-4, 0.0]);
+        let found =
+            moved(&Counts::exact(&cells(vec![1e6 * rest; 40], [50.0, 150.0]), &claimed, 0.0)).unwrap();
+        assert_eq!((found.name.as_str(), found.parameters), ("mass moved between entries", 3));
+        assert!(
+            found.text.starts_with("a probability of 1.500e-4 moved from cell 5 to cell 12: "),
+            "{}",
+            found.text
+        );
+        all_near(&found.shape, &cells(vec![rest; 40], [5e-5, 1.5e-4]));
+        // What one has too much the other has too little, within five standard errors of both: 0.0112.
+        let judged = |more: f64, less: f64| {
+            let drawn = 1e4;
+            let some = [0.025 - less, 0.025 + more];
+            let others = (1.0 - some[0] - some[1]) / 38.0;
+            moved(&Counts::exact(
+                &cells(vec![drawn * others; 40], some.map(|m| drawn * m)),
+                &[0.025; 40],
+                0.0,
+            ))
+        };
+        all_near(&judged(0.02, 0.01).unwrap().shape, &cells(vec![0.025; 40], [0.01, 0.04]));
+        assert!(judged(0.021, 0.01).is_some() && judged(0.0215, 0.01).is_none());
+    }
+
+    #[test]
+    fn crowds() {
+        let counts = |crowded: &[(usize, f64)]| {
+            let mut observed = vec![0.0; 50];
+            crowded.iter().for_each(|&(cell, count)| observed[cell] = count);
+            let rest = (1e4 - observed.iter().sum::<f64>()) / (50 - crowded.len()) as f64;
+            observed.iter_mut().filter(|o| **o == 0.0).for_each(|o| *o = rest);
+            Counts::exact(&observed, &[0.02; 50], 0.0)
+        };
+        let found = crowd(&counts(&[(3, 500.0), (7, 700.0)])).unwrap();
+        assert_eq!((found.name.as_str(), found.parameters), ("crowd", 4));
+        assert!(
+            found.text.starts_with("12.00% of the samples crowd where the density has 4.00% of its mass (")
+                && found.text.ends_with(", first at cell 7; everywhere else they follow it"),
+            "{}",
+            found.text
+        );
+        let mut shape = vec![0.02 * 0.88 / 0.96; 50];
+        (shape[3], shape[7]) = (0.05, 0.07);
+        all_near(&found.shape, &shape);
+        // What holds more than a twentieth of the mass is no few places.
+        assert!(crowd(&counts(&[(3, 500.0), (7, 700.0), (9, 600.0)])).is_none());
+        assert!(crowd(&counts(&[])).is_none());
+    }
+
     #[test]
     fn even_knots() {
         assert_eq!((even_spacing(&[]), even_spacing(&[0.5]), even_spacing(&[0.4])), (None, Some(2), None));

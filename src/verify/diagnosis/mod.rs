@@ -373,6 +373,163 @@ fn unknown(tried: usize, nearest: Option<(&Fit, f64)>, counts: &Counts, gain: f6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::domain::Square;
+
+    fn integral(value: f64, error: f64) -> Integral {
+        Integral { value, error, ..Integral::default() }
+    }
+
+    fn hypothesis(name: &str, parameters: u32, shape: [f64; 4]) -> Hypothesis {
+        let text = format!("as {name} says");
+        Hypothesis { name: name.to_owned(), text, parameters, shape: shape.into(), integral: None }
+    }
+
+    /// 10,000 samples, where 2500 are claimed for each of four cells.
+    const SKEWED: [f64; 4] = [4000.0, 3000.0, 2000.0, 1000.0];
+
+    fn found(
+        observed: [f64; 4],
+        hypotheses: Vec<Hypothesis>,
+        constant: Option<Diagnosis>,
+    ) -> Option<Diagnosis> {
+        let counts = Counts::exact(&observed, &[0.25; 4], 0.0);
+        likeliest(integral(1.0, 0.0), &counts, &[0.25; 4], hypotheses, constant)
+    }
+
+    /// 2 sum O ln(O / E), of as many expected as observed.
+    fn g(observed: [f64; 4], shape: [f64; 4]) -> f64 {
+        let cell = |(o, m): (f64, f64)| 2.0 * o * (o / (1e4 * m)).ln();
+        observed.into_iter().zip(shape).map(cell).sum()
+    }
+
+    #[track_caller]
+    fn near(found: f64, expected: f64) {
+        assert!((found - expected).abs() <= 1e-5 * expected.abs(), "{found}, not {expected}");
+    }
+
+    #[test]
+    fn the_likeliest_is_named() {
+        let (right, close) = ([0.4, 0.3, 0.2, 0.1], [0.41, 0.3, 0.2, 0.09]);
+        // 13.4 behind in twice ln L for its counts, and 18 or 55 for parameters.
+        let hypotheses = || {
+            vec![
+                hypothesis("close", 0, close),
+                hypothesis("fitted", 2, right),
+                hypothesis("six", 6, right),
+                hypothesis("right", 0, right),
+            ]
+        };
+        let best = found(SKEWED, hypotheses(), None).unwrap();
+        assert_eq!((best.name.as_str(), best.explains), ("right", true));
+        // Of the same shape, and by less than 50 behind. The other two are told from it: by their counts, or by what they cost.
+        assert_eq!(best.alike, ["fitted"]);
+        let margins = [0.5 * g(SKEWED, close), 0.5 * 6.0 * 1e4_f64.ln()];
+        assert_eq!(best.others.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["close", "six"]);
+        near(best.others[0].1, margins[0]);
+        near(best.others[1].1, margins[1]);
+        near(best.margin.unwrap(), margins[0]);
+        near(best.gain, 0.5 * g(SKEWED, [0.25; 4]));
+        assert_eq!(
+            best.text,
+            format!(
+                "as right says (or, which looks the same here: fitted); ln L {:.0} over the claimed density, {:.0} over the next of 5 known mistakes (close)",
+                best.gain, margins[0]
+            )
+        );
+        let alone = found(SKEWED, vec![hypothesis("right", 0, right)], None).unwrap();
+        assert_eq!(
+            (alone.text, alone.margin, alone.alike.len(), alone.others.len()),
+            (format!("as right says; ln L {:.0} over the claimed density", best.gain), None, 0, 0)
+        );
+        // A name is told once.
+        let twice = vec![hypothesis("right", 0, right), hypothesis("right", 1, right)];
+        assert!(found(SKEWED, twice, None).unwrap().alike.is_empty());
+    }
+
+    /// Of what the claimed shape's G is above its three degrees of freedom, 5% may be left.
+    #[test]
+    fn what_is_left_of_a_deviation() {
+        let left = |shape: [f64; 4]| (g(SKEWED, shape) - 3.0) / (g(SKEWED, [0.25; 4]) - 3.0);
+        let (near_it, farther) = ([0.43, 0.27, 0.2, 0.1], [0.45, 0.25, 0.2, 0.1]);
+        assert!((0.02..0.03).contains(&left(near_it)) && (0.06..0.08).contains(&left(farther)));
+        let best = found(SKEWED, vec![hypothesis("near", 0, near_it)], None).unwrap();
+        assert!(best.explains);
+        assert_eq!(
+            best.text,
+            format!(
+                "as near says; {:.1}% of the deviation is left; ln L {:.0} over the claimed density",
+                100.0 * left(near_it),
+                0.5 * (g(SKEWED, [0.25; 4]) - g(SKEWED, near_it))
+            )
+        );
+        let unknown = found(SKEWED, vec![hypothesis("farther", 0, farther)], None).unwrap();
+        assert_eq!((unknown.name.as_str(), unknown.explains, unknown.margin), ("unknown", false, None));
+        assert_eq!(unknown.others, [("farther".to_owned(), 0.0)]);
+        assert_eq!(
+            unknown.text,
+            format!(
+                "none of the 2 known mistakes explains the counts in 4 cells; the nearest, \"farther\", leaves {:.0}% of the deviation",
+                100.0 * left(farther)
+            )
+        );
+    }
+
+    /// A shape that is right may yet be a constant off.
+    #[test]
+    fn where_no_hypothesis_is_likelier() {
+        let (observed, other) = ([2520.0, 2480.0, 2510.0, 2490.0], [0.27, 0.23, 0.25, 0.25]);
+        let hypotheses = || vec![hypothesis("other", 1, other)];
+        assert_eq!(found(observed, hypotheses(), None), None);
+        let constant = Diagnosis::direct(("constant 2", String::new()));
+        let best = found(observed, hypotheses(), Some(constant.clone())).unwrap();
+        let margin = 0.5 * (g(observed, other) + 1e4_f64.ln() - g(observed, [0.25; 4]));
+        assert_eq!((best.name.as_str(), best.others.len()), ("constant 2", 1));
+        near(best.margin.unwrap(), margin);
+        near(best.others[0].1, margin);
+        // Where the shape is wrong as well it is none.
+        let none = found(SKEWED, vec![], Some(constant)).unwrap();
+        assert_eq!(
+            (none.name.as_str(), none.text.as_str()),
+            ("unknown", "none of the 1 known mistakes explains the counts in 4 cells")
+        );
+    }
+
+    /// A tenth rejected of 1000 samples: 0.9 is known to 0.001 + 0.04, and the integral to 0.002.
+    #[test]
+    fn sides_that_integrals_point_to() {
+        let counts = Counts::exact(&[400.0, 500.0], &[0.4, 0.5], 100.0);
+        let points = |claimed: f64, changed: f64| {
+            let text = side(integral(claimed, 0.002), &counts, Some(changed));
+            text.rsplit_once(' ').map_or(String::new(), |(_, last)| last.to_owned())
+        };
+        assert_eq!([points(0.9 - 0.0425, 0.9 - 0.216), points(0.9 + 0.0425, 0.9 + 0.216)], ["sampler"; 2]);
+        assert_eq!([points(0.9 - 0.216, 0.9 - 0.0425), points(0.9 + 0.216, 0.9 + 0.0425)], ["density"; 2]);
+        for (claimed, changed) in [(0.0435, 0.5), (0.0, 0.214), (0.5, 0.0435), (0.214, 0.0), (0.0, 0.0)] {
+            assert_eq!(points(0.9 + claimed, 0.9 + changed), "");
+        }
+        assert_eq!(side(integral(0.9, 0.0), &counts, None), "");
+    }
+
+    #[test]
+    fn constants_that_are_off() {
+        let judged = |total: Integral, observed: [f64; 2], rejected: f64| {
+            let counts = Counts::exact(&observed, &[0.5 * total.value; 2], rejected);
+            constant(total, &Square, &counts, &[0.5; 2]).map(|d| (d.name, d.gain)).unwrap_or_default()
+        };
+        let name = |total: Integral, drawn: f64, rejected: f64| judged(total, [0.5 * drawn; 2], rejected).0;
+        // Of 900 that are drawn and 100 that are not the share is known to 4 sqrt(0.1 / 900) = 4.2%.
+        let of_900 = |ratio: f64| name(integral(0.9 * ratio, 0.0), 900.0, 100.0);
+        assert_eq!([1.0, 0.959, 1.041].map(of_900), [""; 3]);
+        assert_eq!([1.043, 1.1].map(of_900), ["constant"; 2]);
+        // The integral's error counts in proportion to it.
+        assert_eq!(name(integral(0.56, 0.1), 1000.0, 0.0), "constant 1 / 2");
+        // Less than half of what is claimed to be rejected: 70 of 1000.
+        assert_eq!(name(integral(0.86, 0.0), 931.0, 69.0), "rejected samples drawn again");
+        assert_eq!(name(integral(0.86, 0.0), 929.0, 71.0), "constant");
+        // Of n samples where c n are claimed, by Poisson's distribution; less what the shape is off.
+        let (_, gain) = judged(integral(2.0, 0.0), [5200.0, 4800.0], 0.0);
+        near(gain, 1e4 * (2.0 - 1.0 - 2.0_f64.ln()));
+    }
 
     #[test]
     fn means_in_small_numbers() {
