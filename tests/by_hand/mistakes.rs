@@ -3,7 +3,7 @@
 use super::*;
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_1_PI;
-use warpcheck::domain::{Discrete, Hemisphere, Interval, Square, Triangle};
+use warpcheck::domain::{Cell, Discrete, Hemisphere, Interval, Square, Triangle};
 use warpcheck::random::{ONE_MINUS_EPSILON_F64, fill_unit};
 use warpcheck::verify::{Diagnosis, Verify};
 
@@ -346,6 +346,50 @@ fn densities_that_disagree_by_a_constant() {
     };
     let constant = diagnosis(&Told::new(line(), sample, |x| 2.0 * x), FEW).unwrap();
     assert_eq!(constant.text, "the density returned with a sample is 1.250000 times the one at its point");
+}
+
+/// Of 2000 samples some 50 to 100 are in a cell, however many leaves there are.
+#[test]
+fn counts_that_nothing_explains() {
+    // In each tenth of the line nearer to its lower end.
+    let sample = |x: &[f64]| {
+        let (tenth, within) = ((10.0 * x[0]).floor(), (10.0 * x[0]).fract());
+        Some(Sample { point: (tenth + within * within) / 10.0, density: 1.1 })
+    };
+    let unknown = diagnosis(&Told::new(line(), sample, |_| 1.0), SAMPLES).unwrap();
+    let words = " known mistakes explains the counts in ";
+    let (_, cells) = unknown.text.split_once(words).unwrap_or_else(|| panic!("{unknown:?}"));
+    let cells: u32 = cells.split(' ').next().unwrap().parse().unwrap();
+    assert!((20..=40).contains(&cells) && !unknown.explains, "{}", unknown.text);
+}
+
+/// A sampler of the line that gives its first cell a negative mass.
+struct Negative;
+
+impl Sampler for Negative {
+    type Domain = Interval;
+    fn domain(&self) -> Interval {
+        line()
+    }
+    fn dimensions(&self) -> usize {
+        1
+    }
+    fn sample(&self, xi: &[f64]) -> Option<Sample<f64>> {
+        Some(Sample { point: xi[0], density: 1.25 })
+    }
+    fn density(&self, _: &f64) -> f64 {
+        1.0
+    }
+    fn cell_mass(&self, cell: &Cell) -> Option<f64> {
+        Some(if cell.low[0] == 0.0 { -0.1 } else { cell.high[0] - cell.low[0] })
+    }
+}
+
+/// No counts are held against masses that can't be: what else is known is said.
+#[test]
+fn negative_masses_explain_nothing() {
+    let diagnosis = certain(warpcheck::verify(&Negative).samples(SAMPLES as u64)).diagnosis.unwrap();
+    assert!(diagnosis.is("constant in the density returned"), "{diagnosis:?}");
 }
 
 #[test]

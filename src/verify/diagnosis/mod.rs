@@ -181,10 +181,9 @@ struct Fit {
 
 fn by_counts(case: &Case<'_>) -> Option<Diagnosis> {
     let total = case.expectation.total;
-    let no_density = !case.probe.has_density()
-        || total.bad.is_some()
-        || case.expectation.leaves.iter().any(|leaf| !(leaf.value >= 0.0));
-    if no_density || !(total.value > 0.0 && total.value.is_finite() && total.error.is_finite()) {
+    // NaN where there is no density. One that is no number somewhere has been told of; masses that the sampler gives may yet be negative.
+    let known = total.value > 0.0 && total.value.is_finite() && total.error.is_finite();
+    if !(known && case.expectation.leaves.iter().all(|leaf| leaf.value >= 0.0)) {
         return None;
     }
     let counts = Counts::new(case);
