@@ -3,7 +3,7 @@
 use crate::statistics::chi_square;
 use crate::verify::check::Case;
 
-/// Cells, at least and at most; as many between as leave this many samples to each.
+/// Cells, at least and at most; between as many, or up to twice as many, as leave this many samples to each.
 const CELLS: [u64; 2] = [16, 1024];
 const PER_CELL: u64 = 100;
 /// An expected count that no hypothesis is held below: a single stray sample must not rule one out.
