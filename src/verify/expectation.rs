@@ -5,6 +5,8 @@
 //! and what even those may have missed is added to the error of the total. None of these samples are the ones that are judged.
 
 use super::probe::{Fate, Probe, each_pilot};
+#[cfg(test)]
+use crate::domain::Knots;
 use crate::domain::{
     Cell, Groups, Integral, Integrator, Location, Partition, Space, Squares, integrate_at_random,
 };
@@ -736,7 +738,45 @@ fn take_given_masses(
 
 #[cfg(test)]
 pub(super) mod told {
-    use super::Resolved;
+    use super::{Coarse, Expectation, Integral, Knots, Location, Marginal, Partition, Resolved, Space};
+
+    /// Four leaves, quarters along the first axis; 4 pilots in each, an 8th of the leaf from its ends.
+    pub fn quarters(space: &dyn Space) -> Partition {
+        let place = |x: f64, y: f64| Location { patch: 0, at: [x, y] };
+        let of = |leaf: usize| {
+            [0.125, 0.375, 0.625, 0.875]
+                .map(|x| place((leaf as f64 + x) / 4.0, if space.axes() > 1 { 0.45 + 0.1 * x } else { 0.0 }))
+        };
+        let knots = Knots { axes: [vec![0.25, 0.5, 0.75], vec![]] };
+        Partition::from_pilots(space, (0..4).flat_map(of).collect(), &knots, 4)
+    }
+
+    pub fn integral(value: f64, error: f64) -> Integral {
+        Integral { value, error, ..Integral::default() }
+    }
+
+    /// Quarters of these masses, without scales, and lines across axes where the mass below each is told.
+    pub fn expectation(
+        space: &dyn Space,
+        leaves: [Integral; 4],
+        lines: Vec<(usize, Vec<f64>, Vec<Integral>)>,
+    ) -> Expectation {
+        Expectation {
+            partition: quarters(space),
+            leaves: leaves.into(),
+            total: leaves.into_iter().fold(Integral::default(), |a, b| a + b),
+            scales: vec![],
+            coarse: Coarse::new(&[], 4),
+            quick: None,
+            marginals: lines
+                .into_iter()
+                .map(|(axis, lines, below)| Marginal::new(axis, lines, below))
+                .collect(),
+            contradiction: None,
+            remainders: vec![],
+            resolved: vec![],
+        }
+    }
 
     /// What is resolved of a leaf, of which only sums are asked.
     pub fn resolved(expected: f64, powers: [f64; 2]) -> Resolved {
@@ -744,14 +784,25 @@ pub(super) mod told {
         let (low, size, squares) = ([0.0; 2], [1.0; 2], [4, 4]);
         Resolved { low, size, squares, shares, scale: 1.0, expected, largest: 1.0, powers }
     }
+
+    pub fn resolved_up_to(largest: f64) -> Resolved {
+        Resolved { largest, ..resolved(1.0, [1.0; 2]) }
+    }
+
+    /// What is resolved of an entry.
+    pub fn entry() -> Resolved {
+        Resolved { squares: [1, 1], shares: [1.0; Resolved::SQUARES], ..resolved(1.0, [1.0; 2]) }
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::told::{integral, quarters};
     use super::*;
-    use crate::domain::{Discrete, Interval, Knots, Square, WithAtoms};
-    use crate::sampler::from_fn;
+    use crate::domain::{Discrete, Interval, Square, WithAtoms};
+    use crate::sampler::{Sampler, from_fn};
     use crate::verify::probe::{Extras, Subject};
+    use crate::verify::{Row, Rows, RowsError, recording};
     use glam::DVec2;
 
     #[track_caller]
@@ -763,16 +814,6 @@ mod tests {
 
     fn place(x: f64, y: f64) -> Location {
         Location { patch: 0, at: [x, y] }
-    }
-
-    /// Four leaves, quarters along the first axis; 4 pilots in each, an 8th of the leaf from its ends.
-    fn quarters(space: &dyn Space) -> Partition {
-        let of = |leaf: usize| {
-            [0.125, 0.375, 0.625, 0.875]
-                .map(|x| place((leaf as f64 + x) / 4.0, if space.axes() > 1 { 0.45 + 0.1 * x } else { 0.0 }))
-        };
-        let knots = Knots { axes: [vec![0.25, 0.5, 0.75], vec![]] };
-        Partition::from_pilots(space, (0..4).flat_map(of).collect(), &knots, 4)
     }
 
     #[test]
@@ -880,7 +921,6 @@ mod tests {
     #[test]
     fn mass_below_a_line() {
         let partition = quarters(&Interval::new(0.0, 1.0));
-        let integral = |value: f64, error: f64| Integral { value, error, ..Integral::default() };
         let leaves = [integral(0.1, 0.001), integral(0.2, 0.002), integral(0.3, 0.004), integral(0.4, 0.008)];
         let asked = std::cell::RefCell::new(Vec::new());
         let below = |line: f64| {
@@ -1020,5 +1060,105 @@ mod tests {
             expectation.leaves.iter().zip(&before).all(|(l, b)| l.error == *b)
                 && expectation.total.error == errors.total
         );
+    }
+
+    struct Given(std::vec::IntoIter<[f64; 2]>);
+
+    impl Rows for Given {
+        fn width(&self) -> usize {
+            2
+        }
+        fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
+            let before = out.len();
+            out.extend(self.0.by_ref().take(most).flatten());
+            Ok((out.len() - before) / 2)
+        }
+    }
+
+    /// Where densities come with the samples and nobody can be asked: shares of the pilots, and the harmonic mean of their densities.
+    #[test]
+    fn what_pilots_alone_say() {
+        let rows: Vec<[f64; 2]> =
+            (0..512).map(|i| [f64::from(i * 37 % 512) / 512.0, f64::from(1 + i % 3)]).collect();
+        let row = |n: &[f64]| Row { point: Some(n[0]), density: Some(n[1]), weight: None };
+        let record = recording(Interval::new(0.0, 1.0), Given(rows.clone().into_iter()), row).unwrap();
+        let expectation = Expectation::new(&record, 1, 448);
+        assert!(expectation.leaves.len() > 3 && expectation.resolved.len() == expectation.leaves.len());
+        for (leaf, (mass, part)) in expectation.leaves.iter().zip(&expectation.resolved).enumerate() {
+            // An eighth of the rows are pilots.
+            let lies_there = |row: &&[f64; 2]| expectation.partition.leaf_of(&place(row[0], 0.0)) == leaf;
+            let pilots: Vec<f64> = rows[..64].iter().filter(lies_there).map(|row| row[1]).collect();
+            let count = pilots.len() as f64;
+            let scale = count / pilots.iter().map(|density| 1.0 / density).sum::<f64>();
+            all_near(&[mass.value, part.unwrap().scale], &[count / 64.0, scale]);
+        }
+    }
+
+    /// Beyond a million samples one in 64 of them is a pilot, and of 8 pilots a leaf is made.
+    #[test]
+    fn more_samples_have_more_pilots() {
+        let sampler = from_fn(Interval::new(0.0, 1.0), |u: f64| u, |_: f64| 1.0);
+        let extras = Extras::default();
+        let leaves = Expectation::new(&Subject::new(&sampler, &extras), 1, 3 << 19).leaves.len();
+        assert!(leaves >= 3 << 10, "{leaves}");
+    }
+
+    /// A line is as doubtful as the whole and the leaves that it cuts.
+    #[test]
+    fn doubts_of_lines() {
+        let sampler = from_fn(Square, |xi: [f64; 2]| DVec2::from(xi), |_: DVec2| 1.0);
+        let extras = Extras::default();
+        let leaves = [0.001, 0.002, 0.004, 0.008].map(|error| integral(0.25, error));
+        let lines = vec![
+            (0, vec![0.25, 0.6], vec![integral(0.25, 0.0), integral(0.6, 0.0)]),
+            (1, vec![0.3, 0.7], vec![integral(0.3, 0.0), integral(0.7, 0.1)]),
+        ];
+        let mut expectation = told::expectation(&Square, leaves, lines);
+        // Random points of a constant density give its integral, so that no leaf is doubted.
+        expectation.doubt(&Subject::new(&sampler, &extras), 1, 64);
+        let errors = expectation.errors();
+        all_near(&errors.leaves, &[0.001, 0.002, 0.004, 0.008]);
+        // Between leaves, through one, through all.
+        all_near(&errors.below[0], &[0.015, 0.019]);
+        all_near(&errors.below[1], &[0.03, 0.1]);
+    }
+
+    /// Per chart area: an interval of length 4 has four times its density.
+    #[test]
+    fn densest_samples_of_leaves() {
+        let sampler = from_fn(Interval::new(0.0, 4.0), |u: f64| 4.0 * u, |x: f64| x / 8.0);
+        let extras = Extras::default();
+        let largest = largest_at_samples(&Subject::new(&sampler, &extras), 1, &quarters(&sampler.domain()));
+        for (found, expected) in largest.iter().zip([0.5, 1.0, 1.5, 2.0]) {
+            assert!((0.99 * expected..=expected).contains(found), "{largest:?}");
+        }
+        // Nothing is known of where no sample falls.
+        let half = from_fn(Interval::new(0.0, 4.0), |u: f64| 2.0 * u, |_: f64| 0.5);
+        let largest = largest_at_samples(&Subject::new(&half, &extras), 1, &quarters(&half.domain()));
+        assert_eq!(largest, [2.0, 2.0, 0.0, 0.0]);
+    }
+
+    /// Leaves in which the density was 0 here and there, and those alone, are integrated again in pieces of few samples.
+    #[test]
+    fn edges_of_supports_are_looked_at_again() {
+        let sampler = from_fn(Interval::new(0.0, 1.0), |u: f64| u, |_: f64| 1.0);
+        let extras = Extras::default();
+        let probe = Subject::new(&sampler, &extras);
+        let partition = quarters(&sampler.domain());
+        let crossed = |zeros: u64| Integral { zeros, ..integral(9.0, 0.0) };
+        let mut leaves = [crossed(0), crossed(5), crossed(0), crossed(1)];
+        let width = |pieces: &Partition, piece: usize| {
+            let cell = &pieces.leaves()[piece];
+            integral(cell.high[0] - cell.low[0], 1.0)
+        };
+        look_again(&probe, 1, 1 << 13, &partition, &mut leaves, &width);
+        for leaf in [0, 2] {
+            assert_eq!(leaves[leaf], crossed(0));
+        }
+        // A quarter of the samples lies in each, and 4 of them make a piece.
+        for leaf in [1, 3] {
+            all_near(&[leaves[leaf].value], &[0.25]);
+            assert!(leaves[leaf].error > 400.0 && leaves[leaf].error < 1200.0, "{:?}", leaves[leaf]);
+        }
     }
 }

@@ -421,10 +421,12 @@ fn newton(probe: &dyn Probe, target: &[f64], start: &[f64]) -> Newton {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::domain::{Interval, Square};
-    use crate::sampler::{Sampler, from_fn};
+    use crate::domain::{Integral, Interval, Square};
+    use crate::sampler::{Sample, Sampler, from_fn};
+    use crate::verify::expectation::told;
     use crate::verify::probe::{Extras, Subject};
     use glam::DVec2;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     #[track_caller]
     fn near(found: f64, expected: f64, off: f64) {
@@ -535,6 +537,21 @@ mod tests {
         // Near an end there is room for shorter steps only.
         let (value, error) = of(|u| u * u, 1.0 / 64.0).unwrap();
         near(value, 1.0 / 32.0, error / 32.0);
+        let within = |u: f64| {
+            assert!((0.0..1.0).contains(&u), "asked at {u}");
+            u * u
+        };
+        let (value, error) = of(within, 63.0 / 64.0).unwrap();
+        near(value, 63.0 / 32.0, error * value);
+        // A density that jumps an eightieth away leaves shorter steps.
+        let jumping = line(|u| u, |x| if (x - 0.3).abs() < 0.0125 { 1.0 } else { 1.5 });
+        let (value, error) = determinant(&Subject::new(&jumping, &extras), &[0.3], 0).unwrap();
+        near(value, 1.0, error);
+        // Errors are relative, on whatever scale.
+        let long = from_fn(Interval::new(0.0, 1e9), |u: f64| 1e9 * u.sqrt(), |_: f64| 1.0);
+        let (value, error) = determinant(&Subject::new(&long, &extras), &[0.3], 0).unwrap();
+        near(value, 5e8 / 0.3_f64.sqrt(), error * value);
+        assert!(error < 1e-4, "{error}");
         // Behind one that selects.
         let selecting = from_fn(
             Interval::new(0.0, 1.0),
@@ -598,5 +615,102 @@ mod tests {
         let xi = found(&probe, &[0.7, 0.2], &[0.6, 0.35]).unwrap();
         near(xi[0], 0.7, 2e-4);
         near(xi[1], 0.2, 2e-4);
+        // A quarter turn, in which either variate moves the other coordinate alone.
+        let turned = square(|u, v| [0.1 + 0.8 * v, 0.9 - 0.8 * u]);
+        let probe = Subject::new(&turned, &extras);
+        let xi = found(&probe, &[0.3, 0.6], &[0.7, 0.2]).unwrap();
+        near(xi[0], 0.3, 2e-4);
+        near(xi[1], 0.6, 2e-4);
+        // Past the ends of both.
+        let corner = square(|u, v| {
+            let flat = |x: f64| 0.25 * x + 0.1;
+            if u < 0.5 && v < 0.5 { [u, v] } else { [flat(u), flat(v)] }
+        });
+        assert_eq!(found(&Subject::new(&corner, &extras), &[0.45, 0.45], &[0.8, 0.8]), Err("left"));
+        // A thousandth past an end is at it, and less than that before it is no end.
+        let plain = line(|u| u, |_| 1.0);
+        let extras = Extras::default();
+        let probe = Subject::new(&plain, &extras);
+        near(found(&probe, &[0.0005], &[0.05]).unwrap()[0], 0.0005, 2e-4);
+        near(found(&probe, &[0.9995], &[0.95]).unwrap()[0], 0.9995, 2e-4);
+    }
+
+    /// Up to a half and back, as fast as is told of; its calls are counted.
+    #[derive(Default)]
+    struct Tent {
+        is_slow: bool,
+        calls: AtomicUsize,
+    }
+
+    impl Sampler for Tent {
+        type Domain = Interval;
+        fn domain(&self) -> Interval {
+            Interval::new(0.0, 1.0)
+        }
+        fn dimensions(&self) -> usize {
+            1
+        }
+        fn sample(&self, xi: &[f64]) -> Option<Sample<f64>> {
+            self.calls.fetch_add(1, Ordering::Relaxed);
+            Some(Sample { point: 1.0 - (2.0 * xi[0] - 1.0).abs(), density: 1.0 })
+        }
+        fn density(&self, _: &f64) -> f64 {
+            1.0
+        }
+        fn is_slow(&self) -> bool {
+            self.is_slow
+        }
+    }
+
+    /// What others are found for 0.3, which leads to 0.6 in the third of four leaves, from starts in one of them; and with how many samples.
+    fn others(is_slow: bool, leaf: usize, starts: Vec<f64>) -> (Vec<f64>, usize) {
+        let (tent, extras) = (Tent { is_slow, ..Tent::default() }, Extras::default());
+        let expectation = told::expectation(&tent.domain(), [Integral::default(); 4], vec![]);
+        let starts = starts.into_iter().map(|start| vec![start]).collect();
+        let mut bank = Bank { in_leaf: HashMap::from([(leaf, starts)]), asked: 0 };
+        let location = Location { patch: 0, at: [0.6, 0.0] };
+        let found = bank.others(&Subject::new(&tent, &extras), &expectation, &[0.3], &location).unwrap();
+        assert_eq!(bank.asked, 1);
+        (found.into_iter().map(|other| other.xi[0]).collect(), tent.calls.into_inner())
+    }
+
+    #[test]
+    fn where_others_are_looked_for() {
+        // In the leaf, before it and behind it, but no farther.
+        for leaf in 0..4 {
+            let (found, _) = others(false, leaf, vec![0.31, 0.64, 0.66]);
+            assert_eq!(found.len(), usize::from(leaf > 0));
+            found.iter().for_each(|&other| near(other, 0.7, 2e-4));
+        }
+        // From 64 starts, or from 10 if it is slow.
+        let starts: Vec<f64> = (0..200).map(|i| 0.31 + 0.0001 * f64::from(i)).collect();
+        let calls = |is_slow: bool| others(is_slow, 2, starts.clone()).1;
+        let of_one = others(false, 2, starts[..1].to_vec()).1;
+        assert!((64 * 3..=64 * 3 * of_one).contains(&calls(false)), "{} {of_one}", calls(false));
+        assert!((10 * 3..64 * 3).contains(&calls(true)), "{} {of_one}", calls(true));
+    }
+
+    /// Others are looked for at some places though all is well, and wherever it isn't.
+    #[test]
+    fn when_others_are_looked_for() {
+        let looked = |density: f64, before: usize| {
+            let (sampler, extras) = (line(|u| u, move |_| density), Extras::default());
+            let expectation = told::expectation(&sampler.domain(), [Integral::default(); 4], vec![]);
+            let mut bank = Some(Bank { in_leaf: HashMap::new(), asked: before });
+            let location = Location { patch: 0, at: [0.3, 0.0] };
+            let probe = Subject::new(&sampler, &extras);
+            let Answer::Product { value, .. } =
+                identity(&probe, &expectation, &[0.3], &location, density, &mut bank)
+            else {
+                panic!("no answer");
+            };
+            near(value, density, 1e-6);
+            bank.unwrap().asked - before
+        };
+        // Five ten-thousandths are forgiven.
+        for density in [1.0, 1.0004, 0.9996] {
+            assert_eq!((looked(density, LOOKED_AT - 1), looked(density, LOOKED_AT)), (1, 0));
+        }
+        assert_eq!((looked(1.001, LOOKED_AT), looked(0.999, LOOKED_AT)), (1, 1));
     }
 }

@@ -101,3 +101,44 @@ fn anderson(check: &'static str, part: &str, counts: &[u64], masses: &[f64], err
             .part(part),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::Square;
+    use crate::sampler::from_fn;
+    use crate::verify::expectation::told;
+    use crate::verify::probe::{Extras, Subject};
+    use crate::verify::settings::Settings;
+    use crate::verify::tally::Tally;
+    use glam::DVec2;
+
+    /// Masses whose integral is hardly known are taken as parts of it.
+    #[test]
+    fn masses_that_do_not_add_up() {
+        let sampler = from_fn(Square, |xi: [f64; 2]| DVec2::from(xi), |_: DVec2| 1.0);
+        let extras = Extras::default();
+        let (probe, settings) = (Subject::new(&sampler, &extras), Settings::default());
+        // 1.5 +- 0.6 in all.
+        let lines = vec![(0, vec![0.25, 0.5], vec![told::integral(0.375, 0.0), told::integral(0.75, 0.0)])];
+        let expectation = told::expectation(&Square, [told::integral(0.375, 0.15); 4], lines);
+        let tally = Tally {
+            samples: 100,
+            per_leaf: vec![40, 20, 25, 15],
+            between_lines: vec![vec![40, 20, 40]],
+            ..Tally::default()
+        };
+        let case = Case { probe: &probe, expectation: &expectation, tally: &tally, settings: &settings };
+        let findings = Marginals.run(&case);
+        for (part, counts, masses) in [
+            ("Rosenblatt, KS", &[40, 20, 25, 15, 0][..], &[0.25, 0.25, 0.25, 0.25, 0.0][..]),
+            ("axis 0, KS", &[40, 20, 40, 0], &[0.25, 0.25, 0.5, 0.0]),
+        ] {
+            let finding = findings.iter().find(|finding| finding.part == part).unwrap();
+            let figure = kolmogorov::grouped(counts, masses, 0.6 + 1e-6).unwrap();
+            let (p, conservative) = finding.evidence.p_values().unwrap();
+            assert!((p - figure.p).abs() < 1e-9 && conservative == 1.0, "{finding:?}");
+            assert_eq!(finding.detail, format!("D = 1.50e-1, {} groups", counts.len()));
+        }
+    }
+}

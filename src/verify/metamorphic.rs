@@ -115,6 +115,10 @@ struct Input {
 }
 
 impl Input {
+    fn list(name: &str, values: Vec<f64>) -> Self {
+        Self { name: name.to_owned(), width: values.len(), values, list: true }
+    }
+
     fn height(&self) -> usize {
         self.values.len() / self.width
     }
@@ -329,12 +333,7 @@ impl<'a> Asking<'a, '_> {
 
     fn of_weights(&self) -> Vec<Finding> {
         let wave = |i: usize| if i.is_multiple_of(6) { 0.0 } else { 1.5 + (i as f64 * 1.7).sin() };
-        let uneven = Input {
-            name: "uneven weights".into(),
-            width: FEW,
-            values: (0..FEW).map(wave).collect(),
-            list: true,
-        };
+        let uneven = Input::list("uneven weights", (0..FEW).map(wave).collect());
         let orders: [(&str, Box<dyn Fn(usize) -> usize>); 2] = [
             ("uneven weights, reversed", Box::new(|i| FEW - 1 - i)),
             ("uneven weights, every fifth", Box::new(|i| 5 * i % FEW)),
@@ -346,12 +345,7 @@ impl<'a> Asking<'a, '_> {
         }
         let long = TAIL.0 + 1;
         let tail = |i: usize| if i == 0 { 1.0 } else { TAIL.1 };
-        let tail = Input {
-            name: "a heavy weight before a light tail".into(),
-            width: long,
-            values: (0..long).map(tail).collect(),
-            list: true,
-        };
+        let tail = Input::list("a heavy weight before a light tail", (0..long).map(tail).collect());
         let back = |i: usize| long - 1 - i;
         let behind = tail.with("a heavy weight behind a light tail", |i| tail.values[back(i)]);
         permutation
@@ -360,12 +354,8 @@ impl<'a> Asking<'a, '_> {
         let mut refinement = Relation::new("refinement");
         // Halves, and a quarter and three of them in turn: a table of squared weights keeps to halves alone.
         let share = |i: usize| [0.5, 0.5, 0.25, 0.75][i % 4];
-        let halves = Input {
-            name: "uneven weights, each in two".into(),
-            width: 2 * FEW,
-            values: (0..2 * FEW).map(|i| share(i) * uneven.values[i / 2]).collect(),
-            list: true,
-        };
+        let halves = (0..2 * FEW).map(|i| share(i) * uneven.values[i / 2]).collect();
+        let halves = Input::list("uneven weights, each in two", halves);
         refinement.ask(&halves.name, |r| self.compare(r, &uneven, &halves, &|i| i / 2));
 
         let bright = [("first", 0), ("middle", FEW / 2), ("last", FEW - 1)];

@@ -57,3 +57,40 @@ impl Check for Normalisation {
         certain(verdict, figures).into_iter().map(|f| f.sees(sees.clone())).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::{Integral, Interval};
+    use crate::sampler::{Sampler, from_fn};
+    use crate::verify::expectation::told;
+    use crate::verify::finding::Evidence;
+    use crate::verify::probe::{Extras, Subject};
+    use crate::verify::settings::Settings;
+    use crate::verify::tally::Tally;
+
+    /// An integral over 1 by less than it may be off proves nothing.
+    #[test]
+    fn how_much_is_over_1() {
+        let sampler = from_fn(Interval::new(0.0, 1.0), |u: f64| u, |_: f64| 1.0);
+        let extras = Extras::default();
+        let (probe, tally, settings) =
+            (Subject::new(&sampler, &extras), Tally::default(), Settings::default());
+        for (value, error, verdict) in [
+            (0.5, 0.0, Verdict::Pass),
+            (1.000_009, 0.0, Verdict::Pass),
+            (1.000_011, 0.0, Verdict::Fail),
+            (1.01, 0.000_1, Verdict::Fail),
+            (1.01, 0.009_98, Verdict::Fail),
+            (1.01, 0.009_995, Verdict::Inconclusive),
+            (1.01, 0.02, Verdict::Inconclusive),
+            (f64::NAN, 0.0, Verdict::Inconclusive),
+        ] {
+            let mut expectation = told::expectation(&sampler.domain(), [Integral::default(); 4], vec![]);
+            expectation.total = told::integral(value, error);
+            let case = Case { probe: &probe, expectation: &expectation, tally: &tally, settings: &settings };
+            let [finding] = &Normalisation.run(&case)[..] else { panic!("not one finding") };
+            assert_eq!(finding.evidence, Evidence::Certain(verdict), "{value} +- {error}");
+        }
+    }
+}

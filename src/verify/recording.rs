@@ -392,8 +392,8 @@ impl<'a, D: Domain> Recording<'a, D> {
     /// Appends the numbers of a variate's row.
     fn add_numbers(&self, held: &Blocks, xi: f64, out: &mut Vec<f64>) {
         if xi < 1.0 {
-            let count = self.pilots.len() / self.width;
-            let index = ((xi * count as f64) as usize).min(count - 1);
+            // Below the count, however it is rounded: what is under 1 takes more than half of its last place off it.
+            let index = (xi * self.pilot_count() as f64) as usize;
             out.extend_from_slice(&self.pilots[index * self.width..][..self.width]);
         } else {
             held.each_piece(xi as u64 - 1, 1, |piece| out.extend_from_slice(&piece.numbers()));
@@ -421,9 +421,9 @@ impl<'a, D: Domain> Recording<'a, D> {
         batch
     }
 
-    /// What the column of weights says, 0 of what was not kept.
+    /// What the column of weights says, if there is one and it is asked for; 0 of what was not kept.
     fn weights_of(&self, batch: &Batch<D::Point>, values: &mut Vec<f64>) {
-        if self.integral.is_some() && self.columns.weight {
+        if self.integral.is_some() {
             let of_row = |(i, weight): (usize, &f64)| if batch.is_kept(i) { *weight } else { 0.0 };
             values.extend(batch.weights.iter().enumerate().map(of_row));
         }
@@ -718,6 +718,57 @@ mod tests {
         }
     }
 
+    /// So many rows of two numbers, so many at once; how many were asked for each time.
+    struct Pairs {
+        left: usize,
+        at_once: usize,
+        asked: Vec<usize>,
+    }
+
+    impl Rows for Pairs {
+        fn width(&self) -> usize {
+            2
+        }
+        fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
+            self.asked.push(most);
+            let read = most.min(self.at_once).min(self.left);
+            self.left -= read;
+            out.resize(out.len() + 2 * read, 0.5);
+            Ok(read)
+        }
+    }
+
+    fn pairs(left: usize, at_once: usize) -> Pairs {
+        Pairs { left, at_once, asked: vec![] }
+    }
+
+    /// Rows are asked for by what is missing, and there are never more of them than that.
+    #[test]
+    fn rows_of_two_numbers() {
+        let read = |mut rows: Pairs| {
+            let mut block = Block::default();
+            rows.block(10, &mut block).unwrap();
+            (block.len(), rows.asked)
+        };
+        assert_eq!(read(pairs(100, 100)), (20, vec![10]));
+        assert_eq!(read(pairs(100, 4)), (20, vec![10, 6, 2]));
+        assert_eq!(read(pairs(5, 4)), (10, vec![10, 6, 5]));
+        // Those before the first pilot is chosen come in bits as well.
+        let opened = Opened::new(Box::new(pairs(150_000, 1000))).unwrap();
+        assert_eq!((opened.pilots.len(), opened.count), (2 << 14, None));
+        let numbers = |blocks: &[Block]| blocks.iter().map(Block::len).sum::<usize>();
+        assert_eq!(numbers(&opened.source.ahead), 2 * (131_072 - (1 << 14)));
+        // Nobody knows how many there are, unless told.
+        assert_eq!(pairs(7, 7).count(), None);
+        let row = |numbers: &[f64]| Row { point: Some(numbers[0]), density: None, weight: None };
+        let read = recording(Interval::new(0.0, 1.0), pairs(200_000, 1000), row).unwrap();
+        let recording: &dyn Probe = &read;
+        assert_eq!(recording.load(0, 120_000), 120_000);
+        recording.load_ahead(50);
+        assert_eq!(numbers(&lock(&read.source).ahead), 100);
+        assert_eq!(recording.load(120_000, 80), 80);
+    }
+
     /// A column has a number of every row, whoever has none; who forgets some is told.
     #[test]
     fn every_row_has_a_number() {
@@ -786,6 +837,14 @@ mod tests {
         let (mut draws, mut values) = (Vec::new(), vec![1.0]);
         recording.draw(&[11.0, 12.0, 0.3], 1, &mut draws, &mut values);
         assert_eq!(draws.iter().map(|d| d.location.at[0] * 32.0).collect::<Vec<_>>(), [14.0, 15.0, 1.0]);
+        // In any order, and more than once.
+        for rows in [[11.0, 12.0, 13.0], [11.0, 15.0, 20.0], [13.0, 12.0, 11.0], [12.0, 12.0, 12.0]] {
+            recording.draw(&rows, 1, &mut draws, &mut values);
+            let found: Vec<f64> = draws.iter().map(|d| d.location.at[0] * 32.0).collect();
+            assert_eq!(found, rows.map(|row| row + 3.0));
+        }
+        let last = crate::random::ONE_MINUS_EPSILON_F64;
+        assert_eq!((at(0.0), at(last), recording.called(&[last]).as_str()), (0.0, 3.0, "row 3"));
         assert_eq!(
             recording.densities_around(&[12.0], 0.25),
             [2.0 * (0.46875 - 0.25), 2.0 * (0.46875 + 0.25)]
@@ -817,6 +876,7 @@ mod tests {
             recording.has_density()
                 && !recording.returns_density()
                 && !recording.partial()
+                && !recording.is_slow()
                 && recording.known().is_empty()
         );
     }

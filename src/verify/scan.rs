@@ -142,3 +142,21 @@ fn middle(space: &dyn Space, cell: &Cell) -> [f64; 3] {
     let patch = (cell.patches.start + cell.patches.end.max(1) - 1) / 2;
     space.embed(&Location { patch, at })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::{Discrete, Domain, Sphere};
+
+    #[test]
+    fn middles_of_cells() {
+        let octant = Cell { patches: 0..1, low: [0.25, 0.5], high: [0.75, 0.75] };
+        let expected = Sphere.point(0, [0.5, 0.625]).0;
+        let found = middle(&Sphere, &octant);
+        assert!(found.iter().zip(expected.to_array()).all(|(a, b)| (a - b).abs() < 1e-15), "{found:?}");
+        // Of some entries the one in the middle, or before it.
+        let entries =
+            |patches| middle(&Discrete::new(9), &Cell { patches, low: [0.0; 2], high: [1.0; 2] })[0];
+        assert_eq!((entries(0..1), entries(3..6), entries(3..7), entries(8..9)), (0.0, 8.0, 8.0, 16.0));
+    }
+}

@@ -254,7 +254,7 @@ fn join_light(of_leaf: &[Option<usize>], leaves: &[f64], groups: usize, n: usize
     let is_light = |mass: f64| mass * mass * (n as f64) < LEAST / 4.0;
     let light: f64 = masses.iter().filter(|&&m| is_light(m)).sum();
     // What is too light even together goes to the first class.
-    let mut classes = usize::from(light > 0.0 && !is_light(light));
+    let mut classes = usize::from(!is_light(light));
     let class = |&mass: &f64| {
         if is_light(mass) {
             return 0;

@@ -679,4 +679,38 @@ mod tests {
             (weighed(&quick) / quick.weighed as f64 - weighed(&close) / close.weighed as f64).abs() < 0.01
         );
     }
+
+    /// Weights, the harmonic mean of the pilots' densities over each, are added up by the square of the box that pilots span.
+    #[test]
+    fn samples_fill_squares() {
+        let mut rng = stream(4, "filled", 0);
+        // Densities of one magnitude, but for some that are judged, whose weights are cut.
+        let density = |i: usize| if i >= 500 && i % 50 == 0 { 0.01 } else { [0.5, 1.0, 1.5][i % 3] };
+        let rows: Vec<[f64; 4]> = (0..4000).map(|i| [unit_f64(&mut rng), density(i), 0.0, 0.0]).collect();
+        let row = |n: &[f64]| Row { point: Some(n[0]), density: Some(n[1]), weight: None };
+        let record =
+            recording(crate::domain::Interval::new(0.0, 1.0), Given(rows.clone().into_iter()), row).unwrap();
+        let expectation = Expectation::new(&record, 1, 3500);
+        let settings = Settings { samples: 3500, ..Settings::default() };
+        let tally = draw(&record, &expectation, &settings, &mut |_| false);
+        assert_eq!((tally.samples, tally.weighed), (3500, 3500));
+        let mut expected = vec![Filled::default(); expectation.resolved.len()];
+        let mut cut = 0;
+        for [x, density, ..] in &rows[500..] {
+            let at = [*x, 0.0];
+            let leaf = expectation.partition.leaf_of(&Location { patch: 0, at });
+            let part = expectation.resolved[leaf].unwrap();
+            if let Some(square) = part.square(&at) {
+                let weight = (part.scale / density).min(4.0);
+                cut += usize::from(weight == 4.0);
+                expected[leaf].sums[square] += weight;
+                expected[leaf].squared += weight * weight;
+            }
+        }
+        assert!(expected.len() > 30 && cut > 30);
+        for (found, expected) in tally.filled.iter().zip(&expected) {
+            let pairs = found.sums.iter().zip(&expected.sums).chain([(&found.squared, &expected.squared)]);
+            pairs.for_each(|(a, b)| assert!((a - b).abs() < 1e-9, "{found:?}, not {expected:?}"));
+        }
+    }
 }

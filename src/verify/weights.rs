@@ -254,7 +254,7 @@ fn has_holes(case: &Case<'_>) -> bool {
     }
     let (mut found, mut expected) = (0.0, 0.0);
     for (part, filled) in case.expectation.resolved.iter().zip(&case.tally.filled) {
-        let Some(part) = part.filter(|part| part.squares() > 1 && filled.squared > 0.0) else { continue };
+        let Some(part) = part else { continue };
         let sums = &filled.sums[..part.squares()];
         let all: f64 = sums.iter().sum();
         let square = |(sum, share): (&f64, &f32)| {
@@ -262,6 +262,7 @@ fn has_holes(case: &Case<'_>) -> bool {
             (sum - share * all).powi(2) / (share * filled.squared)
         };
         let of_box: f64 = sums.iter().zip(&part.shares).map(square).sum();
+        // It is NaN of an empty box; one square, of an entry, adds nothing to either.
         if of_box.is_finite() {
             found += of_box;
             expected += part.squares() as f64 - 1.0;
@@ -516,6 +517,13 @@ fn known_integral(check: &'static str, name: &str, integral: f64, moments: &Mome
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::domain::Square;
+    use crate::sampler::from_fn;
+    use crate::verify::expectation::{Expectation, told};
+    use crate::verify::probe::{Extras, Subject};
+    use crate::verify::settings::Settings;
+    use crate::verify::tally::{Filled, Tally};
+    use glam::DVec2;
 
     #[track_caller]
     fn near(found: f64, expected: f64) {
@@ -607,7 +615,7 @@ mod tests {
     fn what_pilots_show_is_added_up() {
         let mut region = Region::default();
         assert!(region.limit.is_none() && region.pilots.is_none());
-        let part = crate::verify::expectation::told::resolved;
+        let part = told::resolved;
         region.add(&part(0.25, [5.0, 7.0]), 3.0, 0.125);
         region.add(&part(0.5, [50.0, 70.0]), 2.0, 0.0625);
         assert_eq!(
@@ -619,6 +627,62 @@ mod tests {
         let mut merged = sums(&[(10, 1.0)]);
         merged.merge(&sums(&[(5, 3.0), (1, 0.5)]));
         assert_eq!((merged.count, merged.powers, merged.largest), (16, [25.5, 55.25, 145.125], 3.0));
+    }
+
+    /// What is resolved of four leaves, whose boxes of 16 squares each have these sums.
+    fn told_of(
+        resolved: [Option<Resolved>; 4],
+        filled: [Filled; 4],
+        check: impl Fn(&Case<'_>) -> bool,
+    ) -> bool {
+        let sampler = from_fn(Square, |xi: [f64; 2]| DVec2::from(xi), |_: DVec2| 1.0);
+        let extras = Extras::default();
+        let masses = [0.26, 0.24, 0.25, 0.25].map(|mass| told::integral(mass, 0.0));
+        let expectation =
+            Expectation { resolved: resolved.into(), ..told::expectation(&Square, masses, vec![]) };
+        let tally = Tally { filled: filled.into(), ..Tally::default() };
+        let (probe, settings) = (Subject::new(&sampler, &extras), Settings::default());
+        check(&Case { probe: &probe, expectation: &expectation, tally: &tally, settings: &settings })
+    }
+
+    #[test]
+    fn the_largest_weight_is_twice_that_of_pilots() {
+        let part = |largest: f64| Some(told::resolved_up_to(largest));
+        assert!(told_of([part(1.0), None, part(3.0), part(1.5)], Default::default(), |case| [0, 1, 2, 3]
+            .map(|leaf| largest_weight(case, leaf))
+            == [Some(2.0), None, Some(6.0), Some(3.0)]));
+    }
+
+    /// A sum of squared deviations over their variances beyond 1.1 times what is expected, 15 of each box, and ten roots of it.
+    #[test]
+    fn boxes_that_are_not_filled() {
+        let part = Some(told::resolved(1.0, [1.0; 2]));
+        // Of 160 in all two squares are off, by what gives this sum.
+        let filled = |found: f64| {
+            let mut sums = [10.0; Resolved::SQUARES];
+            let off = (found / 32.0).sqrt();
+            (sums[3], sums[8]) = (10.0 + off, 10.0 - off);
+            Filled { sums, squared: 1.0 }
+        };
+        let even = filled(0.0);
+        let holes = |all: [Filled; 4]| told_of([part; 4], all, has_holes);
+        let limit = |boxes: f64| 1.1 * 15.0 * boxes + 10.0 * (15.0 * boxes).sqrt();
+        let nothing = Filled::default();
+        for (off, is) in [(-0.1, false), (0.1, true)] {
+            // Boxes without samples are not counted.
+            assert_eq!(holes([nothing, filled(limit(1.0) + off), nothing, nothing]), is);
+            assert_eq!(holes([even, filled(limit(4.0) + off), even, even]), is);
+            assert_eq!(holes([filled(100.0), filled(limit(4.0) - 100.0 + off), even, even]), is);
+        }
+        assert!(!holes([nothing; 4]));
+        // What is not resolved of more than a quarter of the samples is rough.
+        assert!(told_of([None, part, part, part], [even; 4], has_holes));
+        assert!(!told_of([part, None, part, part], [even; 4], has_holes));
+        assert!(told_of([part, None, None, part], [even; 4], has_holes));
+        // An entry is one square, which is as full as it is.
+        let entry = Some(told::entry());
+        let one = Filled { sums: [7.0; Resolved::SQUARES], squared: 1.0 };
+        assert!(!told_of([entry; 4], [one; 4], has_holes));
     }
 
     #[test]

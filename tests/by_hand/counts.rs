@@ -325,6 +325,75 @@ fn nodes(from: f64, size: f64, least: f64, most: f64) -> Vec<Range<f64>> {
     [nodes(from, 0.5 * size, least, most), nodes(from + 0.5 * size, 0.5 * size, least, most)].concat()
 }
 
+/// On a line there is an order even of few cells.
+#[test]
+fn a_distribution_of_eight_cells() {
+    let quantile = |p: f64| 0.5 * ((1.0 + 8.0 * p).sqrt() - 1.0);
+    let points: Vec<f64> = (0..448).map(|i| quantile((f64::from(i) + 0.5) / 448.0)).collect();
+    let examination = on_a_line(&points);
+    let cells: Vec<u64> = (0..8)
+        .map(|c| points.iter().filter(|&&x| (x * 8.0) as usize == c).count() as u64)
+        .chain([0])
+        .collect();
+    let masses: Vec<f64> =
+        (0..8).map(|c| below((c + 1) as f64 / 8.0) - below(c as f64 / 8.0)).chain([0.0]).collect();
+    let ks = found(&examination, "distribution", "Rosenblatt, KS");
+    let figure = kolmogorov::grouped(&cells, &masses, 1e-6).unwrap();
+    assert_eq!(ks.detail, format!("D = {:.2e}, 9 groups", figure.statistic));
+    found(&examination, "distribution", "Rosenblatt, AD");
+}
+
+/// Before anybody fails, masses are integrated again by random points: by 256 of them in each cell, and by 4096 unless that is enough.
+#[test]
+fn doubts_of_masses() {
+    const COUNT: usize = 7 * 256;
+    let error = |quantile: &dyn Fn(f64) -> f64| {
+        let judged =
+            shuffled((0..COUNT).map(|i| quantile((i as f64 + 0.5) / COUNT as f64)).collect::<Vec<_>>());
+        let pilots = (0..256).map(|i| f64::from(i) / 256.0);
+        let rows = Given::new(1, pilots.chain(judged).collect());
+        let row = |numbers: &[f64]| Row { point: Some(numbers[0]), density: None, weight: None };
+        let without =
+            checks().map(|(name, _)| name.to_owned()).filter(|name| name != "distribution").collect();
+        let settings = Settings { diagnose: false, without, ..Settings::default() };
+        let record = recording(Interval::new(0.0, 1.0), rows, row).unwrap().density(|&x| rising(x));
+        let examination = record.examine(&settings).unwrap();
+        (examination.integral.1, p_of(found(&examination, "distribution", "Rosenblatt, KS")).1)
+    };
+    // Of (1 - w) (x + x^2) / 2 + w x, a mixture with a uniform density.
+    let mixed = |w: f64| {
+        let (a, b) = (0.5 * (1.0 - w), 0.5 * (1.0 + w));
+        move |p: f64| ((b * b + 4.0 * a * p).sqrt() - b) / (2.0 * a)
+    };
+    let (right, sound) = error(&mixed(0.0));
+    assert!(right < 1e-9 && sound > 0.5, "{right} {sound}");
+    // The distance is w / 8: beyond doubt, and suspicious.
+    let (plain, p) = error(&|p| p);
+    assert!(p < 1e-15 && plain > 1e-6, "{plain} {p}");
+    let (suspicious, p) = error(&mixed(0.5));
+    assert!((1e-9..1e-4).contains(&p), "{p}");
+    assert!(plain > 2.0 * suspicious && suspicious > 1e-6, "{plain} {suspicious}");
+}
+
+/// Who only counts failures, and has one that no integral can take back, needs no doubts.
+#[test]
+fn failures_without_doubt() {
+    let error = |outside: bool| {
+        let point = move |x: f64| if outside && x < 0.01 { 1.5 } else { x };
+        let sample = move |xi: &[f64]| Some(Sample { point: point(xi[0]), density: rising(point(xi[0])) });
+        let told = Told::new(Interval::new(0.0, 1.0), sample, |&x| rising(x));
+        let others = checks().map(|(name, _)| name).filter(|name| !["support", "chi-square"].contains(name));
+        let verify =
+            others.fold(warpcheck::verify(&told).samples(20_000).undiagnosed(), |v, name| v.without(name));
+        let examination = verify.examine();
+        let fails = found(&examination, "support", "").evidence == Evidence::Certain(Verdict::Fail);
+        assert_eq!(fails, outside);
+        examination.integral.1
+    };
+    let (decided, doubted) = (error(true), error(false));
+    assert!(decided < 1e-9 && doubted > 1e-7, "{decided} {doubted}");
+}
+
 #[test]
 fn all_cells_of_a_line() {
     let points = slightly_crowded(7 * 1024);

@@ -1,7 +1,7 @@
 //! density x |det| = 1, place by place: how many places are asked, and what is said of them.
 
 use super::*;
-use warpcheck::domain::Interval;
+use warpcheck::domain::{Interval, Mixed, WithAtoms};
 use warpcheck::random::fill_unit;
 use warpcheck::verify::Verdict;
 
@@ -91,4 +91,58 @@ fn densities_that_are_off_everywhere() {
     let median: f64 =
         wrong.detail.split("median there is ").nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
     near(median, products[192], 0.02);
+}
+
+/// How many places answer, and how many are skipped.
+fn answered(finding: &Finding) -> (usize, usize) {
+    let numbers: Vec<usize> = finding.detail.split(' ').filter_map(|word| word.parse().ok()).collect();
+    assert_eq!(numbers.len(), 3, "{}", finding.detail);
+    (numbers[1], numbers[2])
+}
+
+/// An atom has no differences, and where there is no density there is nothing to multiply.
+#[test]
+fn places_that_are_not_asked() {
+    let there = |from: f64| places().iter().filter(|&&x| x >= from).count();
+    let atoms = Told::new(
+        WithAtoms::new(Interval::new(0.0, 1.0), 1),
+        |xi: &[f64]| {
+            let point = if xi[0] < 0.5 { Mixed::Atom(0) } else { Mixed::Continuous(2.0 * xi[0] - 1.0) };
+            Some(Sample { point, density: 0.5 })
+        },
+        |_| 0.5,
+    );
+    let finding = found(&alone(warpcheck::verify(&atoms).samples(1000), "jacobian"), "jacobian", "").clone();
+    let (all, skipped) = answered(&finding);
+    assert!(all + skipped == there(0.5) && skipped < 8, "{}", finding.detail);
+    let plain = |xi: &[f64]| Some(Sample { point: xi[0], density: 1.0 });
+    let dark = Told::new(Interval::new(0.0, 1.0), plain, |&x| if x < 0.25 { 0.0 } else { 1.0 });
+    let finding = judged(dark);
+    let (all, skipped) = answered(&finding);
+    assert!(all + skipped == there(0.25) && skipped < 8, "{}", finding.detail);
+}
+
+/// Where all variates lead to one point there is no slope.
+#[test]
+fn places_that_are_skipped() {
+    let mut sorted = places();
+    sorted.sort_by(f64::total_cmp);
+    let flat_from = |first: usize| {
+        let from = 0.5 * (sorted[first - 1] + sorted[first]);
+        assert!(sorted[first] - sorted[first - 1] > 2e-4, "too close to an edge");
+        let sample = move |xi: &[f64]| Some(Sample { point: xi[0].min(from), density: 1.0 });
+        judged(Told::new(Interval::new(0.0, 1.0), sample, |_| 1.0)).detail
+    };
+    let said = |answered: usize, skipped: &str| {
+        format!(
+            "density x |det d point / d xi| = 1 at {answered} places; {skipped} skipped, where differences don't settle"
+        )
+    };
+    let widest = (150..250).max_by(|&a, &b| {
+        let gap = |i: usize| sorted[i] - sorted[i - 1];
+        gap(a).total_cmp(&gap(b))
+    });
+    let first = widest.unwrap();
+    assert_eq!(flat_from(first), said(first, &format!("{} places", 384 - first)));
+    assert_eq!(flat_from(383), said(383, "1 place"));
 }

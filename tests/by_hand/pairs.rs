@@ -1,8 +1,8 @@
 //! Two samples side by side, with counts that were chosen.
 
 use super::*;
-use glam::DVec2;
-use warpcheck::domain::{Discrete, Interval, Square};
+use glam::{DVec2, DVec3};
+use warpcheck::domain::{Discrete, Interval, MeshSurface, Square, SurfacePoint};
 use warpcheck::random::fill_unit;
 use warpcheck::sampler::from_draws;
 use warpcheck::statistics::{binomial, chi_square, kolmogorov};
@@ -74,6 +74,14 @@ fn four_entries_of_two() {
     let least = compared(&[700, 0, 350, 350], &[175; 4], [0, 0]);
     let least = found(&least, "two-sample", "least likely node");
     near(p_of(least).0, 7.0 * binomial::two_sided(0, 175, 2.0 / 3.0).unwrap(), 1e-9);
+    // Two neighbours that are off alike are less likely together: 950 samples of both of them.
+    let halves = compared(&[400, 400, 300, 300], &[175; 4], [0, 0]);
+    let least = found(&halves, "two-sample", "least likely node");
+    assert_eq!(
+        least.detail,
+        "600 and 350 samples (exact binomial, given their sum), at indices 2 to 3; the worst of 7 nodes"
+    );
+    near(p_of(least).0, 7.0 * binomial::two_sided(600, 950, 2.0 / 3.0).unwrap(), 1e-9);
     // All of both in one entry: there is no other node that has any.
     let one = compared(&[1400, 0], &[700, 0], [0, 0]);
     assert!(
@@ -210,6 +218,14 @@ fn an_order_of_two() {
     judge(&spread(70, 0), &spread(210, 21));
     judge(&spread(119, 0), &spread(119, 7));
     judge(&spread(70, 0), &spread(490, 21));
+    // An entry is a cell, of however few pilots.
+    let hundred = compared(&[14; 100], &[7; 100], [0, 0]);
+    assert!(found(&hundred, "two-sample", "KS").detail.ends_with(" in the order of 100 cells"));
+    assert!(
+        found(&hundred, "two-sample", "least likely node").detail.ends_with("; the worst of 199 nodes"),
+        "{:?}",
+        hundred.findings
+    );
     let sixteen = compared(&[70; 16], &[77; 16], [0, 0]);
     assert!(sixteen.findings.iter().all(|f| f.part != "KS"));
     // Entries of one remainder, from 1024 of them on.
@@ -241,10 +257,35 @@ fn an_order_of_two() {
             })
             .collect::<Vec<u64>>()
     };
-    let has = |few: u64| {
-        compared(&even(few), &even(few), [0, 0]).findings.iter().any(|f| f.part == "index modulo 64")
+    let has = |first: u64, second: u64| {
+        compared(&even(first), &even(second), [0, 0]).findings.iter().any(|f| f.part == "index modulo 64")
     };
-    assert!(has(0) && !has(7) && has(8));
+    assert!(has(0, 0) && !has(7, 7) && has(8, 8) && !has(7, 0) && !has(0, 7));
+}
+
+#[test]
+fn an_order_of_places() {
+    // Of 16 pilots, 8 to a leaf, a line has two leaves; of 8 it has one, and no order.
+    let compared = |count: usize| {
+        let points = |shift: f64| {
+            let places = (0..count).map(|i| ((i as f64 + shift) * 0.618_034).fract()).collect::<Vec<_>>();
+            Samples::new(Interval::new(0.0, 1.0), places).unwrap()
+        };
+        let (a, b) = (points(0.0), points(0.5));
+        compare_samples(&a, &b).examine()
+    };
+    let two = compared(64);
+    assert!(found(&two, "two-sample", "KS").detail.ends_with(" in the order of 2 cells"));
+    assert!(compared(32).findings.iter().all(|f| f.part != "KS"));
+    // Triangles of a mesh are places, and have no remainders that tell anything.
+    let on_a_mesh = |shift: usize| {
+        let point = |i: usize| SurfacePoint { triangle: i % 1024, barycentric: DVec3::splat(1.0 / 3.0) };
+        let points: Vec<_> = (shift..shift + 4096).map(point).collect();
+        Samples::new(MeshSurface::from_areas(vec![1.0; 1024]), points).unwrap()
+    };
+    let (a, b) = (on_a_mesh(0), on_a_mesh(7));
+    let meshes = compare_samples(&a, &b).examine();
+    assert!(meshes.findings.iter().all(|f| !f.part.starts_with("index")), "{:?}", meshes.findings);
 }
 
 /// Drawn again here: the same variates, in shards of 2^14.

@@ -597,6 +597,10 @@ fn spoiled_map(
     found(&examination, relation, "").detail.clone()
 }
 
+fn is_refused(values: &[f64]) -> bool {
+    !values.iter().all(|v| *v >= 0.0 && v.is_finite()) || values.iter().all(|v| *v == 0.0)
+}
+
 #[test]
 fn masses_of_spoiled_maps() {
     let never = |_: &[f64], _: usize| None;
@@ -622,6 +626,30 @@ fn masses_of_spoiled_maps() {
         ),
         "{said}"
     );
+    // Of a map that is told to be even: its solid angle over all, in row 1 of 7.
+    let build = |width: usize, height: usize, texels: Vec<[f32; 3]>| {
+        let values: Vec<f64> = texels.iter().map(|t| f64::from(t[1])).collect();
+        let is_spoiled = (width, height) == (12, 7) && mirrored(&values);
+        let is_18 = |w: DVec3| {
+            w.z.acos() * 7.0 / PI < 2.0 && w.z.acos() * 7.0 / PI > 1.0 && {
+                let column = w.y.atan2(w.x).rem_euclid(TAU) * 12.0 / TAU;
+                (6.0..7.0).contains(&column)
+            }
+        };
+        let factor = move |w: DVec3| if is_spoiled && is_18(w) { 1.5 } else { 1.0 };
+        if is_refused(&values) {
+            return Err("bad".to_owned());
+        }
+        Ok(from_fn(Sphere, |_: [f64; 2]| DVec3::Z, move |w: DVec3| factor(w) / (4.0 * PI)))
+    };
+    let examination = maps(build).samples(16).without("bright entry").examine();
+    let said = &found(&examination, "mirror", "").detail;
+    let number = |after: &str| -> f64 {
+        said.split(after).nth(1).unwrap().split(',').next().unwrap().parse().unwrap()
+    };
+    let mass = ((PI / 7.0).cos() - (2.0 * PI / 7.0).cos()) / 24.0;
+    near(number("map had the mass "), mass, 1e-6);
+    near(number("here it has "), 1.5 * mass, 1e-6);
     let said = spoiled_map("scaling", never, |v, _, t| if v[0] < 1e-10 && t == 20 { 1.01 } else { 1.0 });
     assert!(
         said.starts_with(
@@ -672,6 +700,11 @@ fn bright_and_dark_texels_of_spoiled_maps() {
         ),
         "{said}"
     );
+    // The pole is the end of the last row.
+    let last_row = |v: &[f64]| v.len() == 84 && v[83] == 0.0 && v[72] == 0.0 && v[1] > 0.0 && v[2] > 0.0;
+    let said = spoiled_map("zero weights", |v, _| last_row(v).then_some((72, [1.0, 0.0])), right);
+    let dark = "one of 3 inputs breaks it. a map with a dark last row and column: xi = [0.0, 0.0] draws column 0, row 6, of weight 0";
+    assert_eq!(said, dark);
     // A texel is 0.449 high and 0.524 wide, at 90 degrees: 3e-6 are 6.7e-6 and 5.7e-6 of it.
     for (part, dark) in [(6.0e-6, false), (7.5e-6, true), (1.0 - 6.0e-6, false), (1.0 - 7.5e-6, true)] {
         assert_eq!(!zero([part, 0.5]).starts_with("holds"), dark, "{part} down");

@@ -375,3 +375,28 @@ fn pictures_show_densities() {
     assert_eq!(blank().map(0).height, 1);
     assert_eq!(table.dimensions(), 1);
 }
+
+/// Each check has a name, and a sentence of its own on what it asks.
+#[test]
+fn checks_say_what_they_ask() {
+    let all: Vec<_> = checks().collect();
+    let names = [
+        "domain",
+        "support",
+        "agreement",
+        "normalisation",
+        "jacobian",
+        "round trip",
+        "chi-square",
+        "scan",
+        "distribution",
+        "weights",
+        "independence",
+        "repeats",
+    ];
+    assert_eq!(all.iter().map(|(name, _)| *name).collect::<Vec<_>>(), names);
+    for (i, (name, about)) in all.iter().enumerate() {
+        assert!(about.split_whitespace().count() > 4, "{name}: {about:?}");
+        assert!(all[..i].iter().all(|(_, other)| other != about), "{name}: {about:?}");
+    }
+}

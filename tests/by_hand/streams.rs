@@ -90,6 +90,13 @@ fn tables_of_classes_are_those_counted_here() {
             .detail
             .ends_with("at 9 degrees of freedom, 4 classes")
     );
+    // Of 255 points each a cell weighs less than a quarter.
+    let all: Vec<Vec<f64>> =
+        (0..2).map(|s| (0..255).map(|i| (f64::from(2 * i + s) * 0.618_034).fract()).collect()).collect();
+    let examination = streams(Interval::new(0.0, 1.0), &all).unwrap().examine();
+    let detail = &found(&examination, "streams", "streams 0 and 1, same place").detail;
+    let classes: usize = detail.split(' ').rev().nth(1).unwrap().parse().unwrap();
+    assert!((5..=16).contains(&classes), "{detail}");
 }
 
 #[test]

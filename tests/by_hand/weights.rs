@@ -121,6 +121,14 @@ fn spreads_of_importance() {
         let least = [1.25, 1.5, 2.0, 3.0, 5.0, 10.0].map(p).into_iter().fold(1.0, f64::min);
         near(p_of(&finding).0, (6.0 * least).min(1.0), 1e-6);
     }
+    // All of them lie 1.317 promised spreads off, half to either side: beyond 1.25, but not by more than the mean may be off, which makes it
+    // (1.25 + slack) / (1 - slack of the mean) of them, 1.353.
+    let mut sorted = points.clone();
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted[SAMPLES / 2];
+    let finding = judged(&|x| 2.0 * x * (1.0 + if x < median { 0.5268 } else { -0.5268 }), 0.4);
+    assert!(finding.detail.starts_with("importance over density spreads by 0.5268 of its mean"));
+    assert_eq!(p_of(&finding), (1.0, 1.0));
     let bad = judged(&|x| if x > 0.9 { f64::NAN } else { x }, 0.1);
     is_certain(&bad, Verdict::Fail);
     assert_eq!(bad.detail, "importance over density is NaN at a sample");
@@ -296,4 +304,53 @@ fn rows_alone_have_no_expected_counts() {
     points[..5_000].iter_mut().for_each(|x| *x = (*x + 0.5).fract());
     let wrong = own(&points, |x| if x < 0.5 { 0.8 } else { 1.25 } * (0.5 + x), false);
     assert!(p_of(found(&wrong, "weights", "1 / density")).0 < 1e-9 && wrong.diagnosis.is_none(), "{wrong:?}");
+}
+
+/// Entries are counted, and nothing is asked of their weights.
+#[test]
+fn weights_of_entries() {
+    let sample = |xi: &[f64]| Some(Sample { point: (4.0 * xi[0]) as usize, density: 0.25 });
+    let told = Told::new(Discrete::new(4), sample, |_| 0.25);
+    let examination = alone(warpcheck::verify(&told).samples(20_000), "weights");
+    assert!(examination.findings.is_empty(), "{:?}", examination.findings);
+}
+
+/// Places at even distances, the first eighth of which, taken evenly, are pilots.
+fn even(count: usize) -> Vec<f64> {
+    let at = |i: usize| (i as f64 + 0.5) / count as f64;
+    let of = |pilots: bool| shuffled((0..count).filter(|i| i.is_multiple_of(8) == pilots).map(at).collect());
+    [of(true), of(false)].concat()
+}
+
+fn is_too_low(examination: &Examination) -> bool {
+    let low = "the mean of 1 / density is too low, but the density varies much between neighbouring samples: either densities are too large, or it is low or 0 where no sample fell (--partial), and nothing else judges densities that come with the samples";
+    let judged = examination.findings.iter().filter(|f| f.part == "densities judged" && f.detail == low);
+    judged.inspect(|f| is_certain(f, Verdict::Inconclusive)).count() == 1
+}
+
+/// Where samples leave places out, a mean that is too low proves nothing, and no verdict is left.
+#[test]
+fn densities_with_holes() {
+    // Half of the line, in teeth of 1/2048: the boxes of pilots are some four times as wide.
+    let comb: Vec<f64> = even(40_000)
+        .into_iter()
+        .map(|x| ((1024.0 * x).floor() + 0.5 * (1024.0 * x).fract()) / 1024.0)
+        .collect();
+    let examination = own(&comb, |_| 2.0, false);
+    assert!(is_too_low(&examination), "{:?}", examination.findings);
+    assert!(p_of(found(&examination, "weights", "1 / density")).0 > 1e-3);
+    // Where there are none it is a proof.
+    let examination = own(&even(40_000), |_| 2.0, false);
+    assert!(!is_too_low(&examination) && p_of(found(&examination, "weights", "1 / density")).0 < 1e-9);
+}
+
+/// Of many cells one may be low by three standard errors.
+#[test]
+fn cells_that_are_low_by_chance() {
+    // The density of two fifths is rough; of the rest it is too high by this factor, in all cells alike.
+    let judged = |factor: f64| {
+        let rough = |x: f64| if (x * 5000.0) as usize % 2 == 0 { 10.0 } else { 0.1 };
+        own(&even(40_000), |x| if x < 0.4 { rough(x) } else { factor }, false)
+    };
+    assert!(!is_too_low(&judged(1.07)) && is_too_low(&judged(1.3)));
 }
