@@ -122,7 +122,8 @@ impl Streams {
         let all = self.streams.iter().map(Vec::len).sum::<usize>();
         let pilots: Vec<Location> =
             self.streams.iter().flatten().step_by(all.div_ceil(PILOTS)).copied().collect();
-        let per_leaf = if self.space.axes() == 0 { 1 } else { (pilots.len() / 256).max(1) };
+        // Far lighter than a class: whichever entries or places share a leaf share their class.
+        let per_leaf = (pilots.len() / 256).max(1);
         let partition = Partition::from_pilots(&*self.space, pilots, &Knots::default(), per_leaf);
         let leaves: Vec<Vec<usize>> =
             self.streams.iter().map(|points| points.iter().map(|p| partition.leaf_of(p)).collect()).collect();

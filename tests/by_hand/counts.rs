@@ -366,13 +366,13 @@ fn doubts_of_masses() {
         move |p: f64| ((b * b + 4.0 * a * p).sqrt() - b) / (2.0 * a)
     };
     let (right, sound) = error(&mixed(0.0));
-    assert!(right < 1e-9 && sound > 0.5, "{right} {sound}");
+    assert!(right < 1e-12 && sound > 0.5, "{right} {sound}");
     // The distance is w / 8: beyond doubt, and suspicious.
     let (plain, p) = error(&|p| p);
-    assert!(p < 1e-15 && plain > 1e-6, "{plain} {p}");
+    assert!(p < 1e-15 && plain > 1e3 * right, "{plain} {p}");
     let (suspicious, p) = error(&mixed(0.5));
     assert!((1e-9..1e-4).contains(&p), "{p}");
-    assert!(plain > 2.0 * suspicious && suspicious > 1e-6, "{plain} {suspicious}");
+    assert!(plain > 2.0 * suspicious && suspicious > 1e3 * right, "{plain} {suspicious}");
 }
 
 /// Who only counts failures, and has one that no integral can take back, needs no doubts.
@@ -391,7 +391,7 @@ fn failures_without_doubt() {
         examination.integral.1
     };
     let (decided, doubted) = (error(true), error(false));
-    assert!(decided < 1e-9 && doubted > 1e-7, "{decided} {doubted}");
+    assert!(decided < 1e-12 && doubted > 1e3 * decided, "{decided} {doubted}");
 }
 
 #[test]

@@ -79,7 +79,7 @@ fn four_entries_of_two() {
     let least = found(&halves, "two-sample", "least likely node");
     assert_eq!(
         least.detail,
-        "600 and 350 samples (exact binomial, given their sum), at indices 2 to 3; the worst of 7 nodes"
+        "600 and 350 samples (exact binomial, given their sum), at indices 2..=3; the worst of 7 nodes"
     );
     near(p_of(least).0, 7.0 * binomial::two_sided(600, 950, 2.0 / 3.0).unwrap(), 1e-9);
     // All of both in one entry: there is no other node that has any.
