@@ -685,7 +685,7 @@ mod tests {
     fn samples_fill_squares() {
         let mut rng = stream(4, "filled", 0);
         // Densities of one magnitude, but for some that are judged, whose weights are cut.
-        let density = |i: usize| if i >= 500 && i % 50 == 0 { 0.01 } else { [0.5, 1.0, 1.5][i % 3] };
+        let density = |i: usize| if i >= 500 && i.is_multiple_of(50) { 0.01 } else { [0.5, 1.0, 1.5][i % 3] };
         let rows: Vec<[f64; 4]> = (0..4000).map(|i| [unit_f64(&mut rng), density(i), 0.0, 0.0]).collect();
         let row = |n: &[f64]| Row { point: Some(n[0]), density: Some(n[1]), weight: None };
         let record =

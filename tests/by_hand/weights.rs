@@ -349,7 +349,7 @@ fn densities_with_holes() {
 fn cells_that_are_low_by_chance() {
     // The density of two fifths is rough; of the rest it is too high by this factor, in all cells alike.
     let judged = |factor: f64| {
-        let rough = |x: f64| if (x * 5000.0) as usize % 2 == 0 { 10.0 } else { 0.1 };
+        let rough = |x: f64| if ((x * 5000.0) as usize).is_multiple_of(2) { 10.0 } else { 0.1 };
         own(&even(40_000), |x| if x < 0.4 { rough(x) } else { factor }, false)
     };
     assert!(!is_too_low(&judged(1.07)) && is_too_low(&judged(1.3)));
