@@ -147,14 +147,9 @@ fn inverse_density(check: &'static str, case: &Case<'_>, alone: bool) -> Vec<Fin
     figures.sort_by(|(a, _), (b, _)| a.p.total_cmp(&b.p).then_with(|| off(b).total_cmp(&off(a))));
     let Some((worst, cell)) = figures.first() else {
         needed = super::tally::drawn_until(needed, case.expectation);
-        let (samples, round) = (case.tally.samples, 10_f64.powf(needed.log10().floor() - 1.0));
-        let first = if needed < 1e12 {
-            format!(" (it takes about {} at least)", (needed / round).ceil() * round)
-        } else {
-            String::new()
-        };
+        let (samples, least) = (case.tally.samples, at_least(needed));
         let detail =
-            format!("the weights of all {of} cells have tails too heavy for {samples} samples{first}");
+            format!("the weights of all {of} cells have tails too heavy for {samples} samples{least}");
         return vec![if alone {
             unjudged(detail)
         } else {
@@ -194,6 +189,16 @@ fn inverse_density(check: &'static str, case: &Case<'_>, alone: bool) -> Vec<Fin
         )));
     }
     findings
+}
+
+/// How many samples it takes, to two digits; nothing where nobody ever draws so many.
+fn at_least(needed: f64) -> String {
+    if needed < 1e12 {
+        let round = 10_f64.powf(needed.log10().floor() - 1.0);
+        format!(" (it takes about {} at least)", (needed / round).ceil() * round)
+    } else {
+        String::new()
+    }
 }
 
 /// Places where the density is told to be too low or too high.
@@ -517,7 +522,7 @@ fn known_integral(check: &'static str, name: &str, integral: f64, moments: &Mome
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::domain::Square;
+    use crate::domain::{Discrete, Square};
     use crate::sampler::from_fn;
     use crate::verify::expectation::{Expectation, told};
     use crate::verify::probe::{Extras, Subject};
@@ -609,6 +614,106 @@ mod tests {
         let infinite =
             Region { sums: Inverse { powers: [1.0, 1.0, f64::INFINITY], ..region.sums }, ..region.clone() };
         assert!(!asked(&infinite, N, 3.0, 0.0) && !asked(&Region { mass: f64::NAN, ..region }, N, 3.0, 0.0));
+    }
+
+    /// So many that there are enough of them in the cell, that the largest weight has no large share, and that the mean is little skewed.
+    #[test]
+    fn samples_that_a_cell_needs() {
+        let region = region();
+        near(region.needed(N, 3.0, 0.0), 1000.0 / 0.05);
+        near(region.needed(N, 6.0, 0.0), 36.0 / (0.01 * 0.1125));
+        near(region.needed(N, 3.0, 0.1), N * 0.36);
+        let resolved = Region { pilots: Some([1.0, 1.0]), ..region };
+        near(resolved.needed(N, 3.0, 0.0), 250.0 / 0.05);
+        near(resolved.needed(N, 6.0, 0.0), 36.0 / (0.05 * 0.1125));
+        // With as many it is asked, with fewer it is not.
+        for limit in [3.0, 6.0] {
+            let asked = |n: f64| resolved.figure(n, limit, 0.0, false).is_some();
+            let needed = resolved.needed(N, limit, 0.0);
+            assert!(asked(1.001 * needed) && !asked(0.999 * needed));
+        }
+    }
+
+    /// Two digits, rounded up.
+    #[test]
+    fn samples_that_it_takes() {
+        let takes = |count: &str| format!(" (it takes about {count} at least)");
+        assert_eq!(at_least(120_001.0), takes("130000"));
+        assert_eq!(at_least(4_000.0), takes("4000"));
+        assert_eq!(at_least(9_999_999.0), takes("10000000"));
+        assert_eq!(at_least(9.9e11), takes("990000000000"));
+        assert_eq!((at_least(1e12), at_least(f64::INFINITY)), (String::new(), String::new()));
+    }
+
+    fn off_by(ratio: f64, relative_error: f64) -> Figure {
+        Figure { p: 0.0, p_low: 0.0, ratio, relative_error, share: 0.1 }
+    }
+
+    /// Where the mean of 1 / density is 5/4 of what it should be the density is 4/5 of it.
+    #[test]
+    fn how_far_a_density_is_off_in_words() {
+        for (ratio, error, words) in [
+            (1.25, 0.05, "20.0% +- 3.2% too low"),
+            (0.8, 0.016, "25.0% +- 2.5% too high"),
+            (2.0, 0.2, "50.0% +- 5.0% too low"),
+            (0.5, 0.01, "100.0% +- 4.0% too high"),
+            (4.0, 0.32, "0.25 +- 0.02 times what it should be"),
+            (0.4, 0.016, "2.50 +- 0.10 times what it should be"),
+        ] {
+            assert_eq!(off_by(ratio, error).in_words(), words);
+        }
+    }
+
+    #[test]
+    fn where_a_density_is_off() {
+        let told = |space: &dyn Space, cells: &[Cell]| {
+            let figures: Vec<_> = [0.8, 1.25, 4.0, 0.5, 2.0].map(|ratio| off_by(ratio, 0.0)).into();
+            let wrong: Vec<(Figure, &Cell)> = figures.into_iter().zip(cells).collect();
+            how_far_off(space, wrong.iter())
+        };
+        let entries = |all: &[std::ops::Range<usize>]| {
+            let cell = |patches: &std::ops::Range<usize>| Cell {
+                patches: patches.clone(),
+                low: [0.0; 2],
+                high: [1.0; 2],
+            };
+            told(&Discrete::new(10), &all.iter().map(cell).collect::<Vec<_>>())
+        };
+        assert_eq!(entries(&[]), "");
+        let high = ", where the density is 25.0% +- 0.0% too high";
+        assert_eq!(entries(&[2..4, 2..4]), high);
+        // What has a part of another is not told of again, what borders on it is.
+        assert_eq!(entries(&[2..4, 3..5, 1..3, 0..9, 2..3]), high);
+        assert_eq!(entries(&[2..4, 0..2]), format!("{high}; 20.0% +- 0.0% too low at indices 0..=1"));
+        // Three are enough.
+        let three = format!(
+            "{high}; 20.0% +- 0.0% too low at index 4, 0.25 +- 0.00 times what it should be at indices 0..=1"
+        );
+        assert_eq!(entries(&[2..4, 4..5, 0..2, 6..8]), three);
+        let others = format!(
+            "{high}; 0.25 +- 0.00 times what it should be at index 4, 100.0% +- 0.0% too high at index 1"
+        );
+        assert_eq!(entries(&[2..4, 3..4, 4..5, 1..2, 9..10]), others);
+        let squares = |all: &[[f64; 4]]| {
+            let cell = |[left, right, low, high]: &[f64; 4]| Cell {
+                patches: 0..1,
+                low: [*left, *low],
+                high: [*right, *high],
+            };
+            let cells: Vec<Cell> = all.iter().map(cell).collect();
+            (told(&Square, &cells), cells)
+        };
+        let middle = [0.25, 0.5, 0.25, 0.5];
+        let corner = [0.375, 0.75, 0.375, 0.75];
+        assert_eq!(squares(&[middle, corner]).0, high);
+        assert_eq!(squares(&[corner, middle]).0, high);
+        // To either side along either axis.
+        for beside in
+            [[0.0, 0.25, 0.3, 0.4], [0.5, 0.75, 0.3, 0.4], [0.3, 0.4, 0.0, 0.25], [0.3, 0.4, 0.5, 0.75]]
+        {
+            let (text, cells) = squares(&[middle, beside]);
+            assert_eq!(text, format!("{high}; 20.0% +- 0.0% too low at {}", Square.describe(&cells[1])));
+        }
     }
 
     #[test]

@@ -171,6 +171,7 @@ fn densities_of_rows_alone() {
     assert!(right.map(2).cell.iter().all(Option::is_none));
     let finding = found(&right, "weights", "1 / density");
     assert!(p_of(finding).0 > 1e-3, "{finding:?}");
+    assert!(!finding.detail.contains("where the density is"), "{finding:?}");
     assert!(right.findings.iter().all(|f| f.part != "densities judged") && right.diagnosis.is_none());
     let power = right.power(1e-3);
     assert!(
@@ -199,6 +200,11 @@ fn densities_of_rows_alone() {
         let times: f64 =
             finding.detail.split("the worst is ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
         near(times, ratio, 0.1);
+        // In the worst cell, and in others.
+        let told = finding.detail.split(", where the density is ").nth(1).unwrap();
+        let side = if factor > 1.0 { " too high" } else { " too low" };
+        let either = |place: &str| place.contains(side) || place.contains(" times what it should be");
+        assert!(told.contains("; ") && either(told), "{told}");
         let diagnosis = wrong.diagnosis.unwrap();
         assert!(
             diagnosis.explains && diagnosis.text.ends_with("(the densities, all over the domain)"),
