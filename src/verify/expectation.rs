@@ -738,7 +738,9 @@ fn take_given_masses(
 
 #[cfg(test)]
 pub(super) mod told {
-    use super::{Coarse, Expectation, Integral, Knots, Location, Marginal, Partition, Resolved, Space};
+    use super::{
+        Coarse, Expectation, Integral, Knots, Location, Marginal, Partition, Quick, Resolved, Space, Squares,
+    };
 
     /// Four leaves, quarters along the first axis; 4 pilots in each, an 8th of the leaf from its ends.
     pub fn quarters(space: &dyn Space) -> Partition {
@@ -776,6 +778,12 @@ pub(super) mod told {
             remainders: vec![],
             resolved: vec![],
         }
+    }
+
+    /// Squares of which nothing is known.
+    pub fn quick() -> Quick {
+        let squares = Squares { sides: [1; 2] };
+        Quick { squares, of_squares: vec![], classes: vec![], kinds: vec![] }
     }
 
     /// What is resolved of a leaf, of which only sums are asked.
@@ -897,6 +905,48 @@ mod tests {
         places.extend((0..=SLICES).map(|k| k as f64 / SLICES as f64));
         for x in places.into_iter().filter(|x| *x <= 1.0) {
             assert_eq!(marginal.slab(x), lines.iter().filter(|&&line| line <= x).count(), "{x}");
+        }
+    }
+
+    /// Of squares that lie in one leaf and that no line cuts a sample's leaf, class and slabs are known, where three quarters of the pilots lie in such.
+    #[test]
+    fn what_squares_tell() {
+        let rows: Vec<[f64; 2]> =
+            (0..512).map(|i| [i / 8 % 8, i % 8].map(|k| (f64::from(k) + 0.3) / 8.0)).collect();
+        let row = |n: &[f64]| Row { point: Some(DVec2::new(n[0], n[1])), density: None, weight: None };
+        let partition = quarters(&Square);
+        let scale = Groups {
+            of_leaf: vec![Some(1), None, Some(0), Some(1)],
+            cells: vec![Cell { patches: 0..1, low: [0.0; 2], high: [1.0; 2] }; 2],
+        };
+        let coarse = Coarse::new(&[scale], 4);
+        let quick = |lines: [f64; 2], positive_from: f64| {
+            let record = recording(Square, Given(rows.clone().into_iter()), row).unwrap();
+            let record = record.density(|_| 1.0).positive_over(move |cell| cell.low[0] >= positive_from);
+            let marginals = [0, 1].map(|axis| Marginal::new(axis, vec![lines[axis]], vec![]));
+            Quick::new(&record, &partition, &coarse, &marginals)
+        };
+        for (lines, positive_from) in [([0.3, 0.5], 0.0), ([0.5, 0.7], 0.0), ([0.5, 0.75], 0.25)] {
+            let quick = quick(lines, positive_from).unwrap();
+            assert_eq!((quick.squares.sides, quick.of_squares.len()), ([4, 4], 16));
+            for square in 0..16 {
+                let low = [square / 4, square % 4].map(|k| f64::from(k) / 4.0);
+                let is_cut = (0..2).any(|axis| low[axis] < lines[axis] && lines[axis] < low[axis] + 0.25);
+                let kind = quick.kind(square);
+                assert_eq!(kind == UNKNOWN, is_cut || low[0] < positive_from, "{square}");
+                if kind != UNKNOWN {
+                    let leaf = square as usize / 4;
+                    let slabs = [0, 1].map(|axis| u8::from(low[axis] >= lines[axis]));
+                    assert_eq!(quick.kinds[usize::from(kind)], Kind { leaf, slabs });
+                    assert_eq!(quick.classes[usize::from(kind)], [1, 2, 0, 1][leaf]);
+                }
+            }
+        }
+        // Less than that isn't worth it.
+        for (lines, positive_from) in
+            [([0.3, 0.6], 0.0), ([0.5, 0.5], 0.5), ([0.5, 0.7], 0.25), ([0.5, 0.5], 1.0)]
+        {
+            assert!(quick(lines, positive_from).is_none());
         }
     }
 

@@ -596,10 +596,14 @@ const SLACK: f64 = 1e-4;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::domain::{Cell, Hemisphere, Knots, Location};
+    use crate::domain::{Cell, Hemisphere, Integral, Interval, Knots, Location};
     use crate::random::unit_f64;
+    use crate::sampler::from_fn;
+    use crate::verify::expectation::told;
+    use crate::verify::probe::{Extras, Subject};
     use crate::verify::{Row, Rows, RowsError, recording};
     use glam::DVec3;
+    use std::time::Duration;
 
     struct Given(std::vec::IntoIter<[f64; 4]>);
 
@@ -680,6 +684,35 @@ mod tests {
         );
     }
 
+    /// All of the first four shards are weighed, and of more, where squares are enough to count them, each 64th.
+    #[test]
+    fn samples_that_are_drawn_until_enough_are_weighed() {
+        let line = Interval::new(0.0, 1.0);
+        let mut expectation = told::expectation(&line, [Integral::default(); 4], vec![]);
+        let many = [0.0, 7.0, 65_536.0, 65_546.0, 1e9, f64::INFINITY];
+        assert_eq!(many.map(|weighed| drawn_until(weighed, &expectation)), many);
+        expectation.quick = Some(told::quick());
+        assert_eq!(
+            many.map(|weighed| drawn_until(weighed, &expectation)),
+            [0.0, 7.0, 65_536.0, 66_176.0, 64e9 - 63.0 * 65_536.0, f64::INFINITY]
+        );
+    }
+
+    /// Who has a time to keep looks at the clock after each eight shards, and draws as many at least.
+    #[test]
+    fn when_the_time_is_up() {
+        let (sampler, extras) =
+            (from_fn(Interval::new(0.0, 1.0), |u: f64| u, |_: f64| 1.0), Extras::default());
+        let expectation = told::expectation(&Interval::new(0.0, 1.0), [Integral::default(); 4], vec![]);
+        let drawn = |shards: u64, time: Duration| {
+            let settings = Settings { samples: shards * SHARD, time: Some(time), ..Settings::default() };
+            let tally = draw(&Subject::new(&sampler, &extras), &expectation, &settings, &mut |_| false);
+            tally.samples / SHARD
+        };
+        let (none, ages) = (Duration::ZERO, Duration::from_secs(1 << 20));
+        assert_eq!((drawn(7, none), drawn(17, none), drawn(9, ages)), (7, 8, 9));
+    }
+
     /// Weights, the harmonic mean of the pilots' densities over each, are added up by the square of the box that pilots span.
     #[test]
     fn samples_fill_squares() {
@@ -688,8 +721,7 @@ mod tests {
         let density = |i: usize| if i >= 500 && i.is_multiple_of(50) { 0.01 } else { [0.5, 1.0, 1.5][i % 3] };
         let rows: Vec<[f64; 4]> = (0..4000).map(|i| [unit_f64(&mut rng), density(i), 0.0, 0.0]).collect();
         let row = |n: &[f64]| Row { point: Some(n[0]), density: Some(n[1]), weight: None };
-        let record =
-            recording(crate::domain::Interval::new(0.0, 1.0), Given(rows.clone().into_iter()), row).unwrap();
+        let record = recording(Interval::new(0.0, 1.0), Given(rows.clone().into_iter()), row).unwrap();
         let expectation = Expectation::new(&record, 1, 3500);
         let settings = Settings { samples: 3500, ..Settings::default() };
         let tally = draw(&record, &expectation, &settings, &mut |_| false);
