@@ -633,6 +633,15 @@ mod tests {
         let probe = Subject::new(&plain, &extras);
         near(found(&probe, &[0.0005], &[0.05]).unwrap()[0], 0.0005, 2e-4);
         near(found(&probe, &[0.9995], &[0.95]).unwrap()[0], 0.9995, 2e-4);
+        // A variate is below 1, where a step leads a little farther too.
+        let convex = line(
+            |u| {
+                assert!((0.0..1.0).contains(&u), "asked at {u}");
+                u * u
+            },
+            |_| 1.0,
+        );
+        near(found(&Subject::new(&convex, &extras), &[0.9995], &[0.95]).unwrap()[0], 0.9995, 2e-4);
     }
 
     /// Up to a half and back, as fast as is told of; its calls are counted.
@@ -688,6 +697,22 @@ mod tests {
         let of_one = others(false, 2, starts[..1].to_vec()).1;
         assert!((64 * 3..=64 * 3 * of_one).contains(&calls(false)), "{} {of_one}", calls(false));
         assert!((10 * 3..64 * 3).contains(&calls(true)), "{} {of_one}", calls(true));
+    }
+
+    /// Where there may be others that can't be reached, what fits is right, and what doesn't says nothing.
+    #[test]
+    fn others_that_can_not_be_reached() {
+        let answer = |density: f64| {
+            let (flat, extras) =
+                (line(|u| if u < 0.5 { u } else { 0.25 }, move |_| density), Extras::default());
+            let expectation = told::expectation(&flat.domain(), [Integral::default(); 4], vec![]);
+            let mut bank = Some(Bank { in_leaf: HashMap::from([(0, vec![vec![0.8]])]), asked: 0 });
+            let location = Location { patch: 0, at: [0.1, 0.0] };
+            identity(&Subject::new(&flat, &extras), &expectation, &[0.1], &location, density, &mut bank)
+        };
+        let Answer::Product { value, .. } = answer(1.0) else { panic!("no answer") };
+        near(value, 1.0, 1e-6);
+        assert!(matches!(answer(1.1), Answer::Unsettled) && matches!(answer(0.9), Answer::Unsettled));
     }
 
     /// Others are looked for at some places though all is well, and wherever it isn't.
