@@ -476,6 +476,8 @@ mod tests {
             (None, None, 7, 9)
         );
         assert!(probe.has_density() && probe.returns_density() && !probe.is_slow() && !probe.partial());
+        // Nothing is known of a place without a closer look.
+        assert!(probe.locate_roughly(&[0.75], &mut [vec![], vec![]]).is_nan());
     }
 
     #[test]

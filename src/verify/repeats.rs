@@ -103,3 +103,35 @@ pub(super) fn repeated(case: &Case<'_>) -> Option<Repeated> {
     let allowed = pairs * ((cell * scale * density).min(1.0) + 2.0_f64.powi(-24));
     Some(Repeated { samples: draws.len(), pairs, equal, points, allowed })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::{Integral, Interval};
+    use crate::sampler::{Sampler, from_fn};
+    use crate::verify::expectation::told;
+    use crate::verify::probe::{Extras, Subject};
+    use crate::verify::settings::Settings;
+    use crate::verify::tally::Tally;
+    use std::collections::HashMap;
+
+    /// Of 20,000 values some come twice, and some more often.
+    #[test]
+    fn points_that_came_more_than_once() {
+        let value = |u: f64| (20_000.0 * u).floor();
+        let sampler = from_fn(Interval::new(0.0, 1.0), move |u: f64| value(u) / 20_000.0, |_: f64| 1.0);
+        let (extras, tally, settings) = (Extras::default(), Tally::default(), Settings::default());
+        let probe = Subject::new(&sampler, &extras);
+        let expectation = told::expectation(&sampler.domain(), [Integral::default(); 4], vec![]);
+        let case = Case { probe: &probe, expectation: &expectation, tally: &tally, settings: &settings };
+        let found = repeated(&case).unwrap();
+        let mut xi = vec![0.0; SAMPLES];
+        fill_unit(&mut stream(settings.seed, "repeats", 0), &mut xi);
+        let mut counts = HashMap::<u64, u64>::new();
+        xi.into_iter().for_each(|u| *counts.entry(value(u) as u64).or_default() += 1);
+        let points = counts.values().filter(|&&n| n > 1).count() as u64;
+        let equal: u64 = counts.values().map(|n| n * (n - 1) / 2).sum();
+        assert!(points > 1000 && equal > points + 100);
+        assert_eq!((found.points, found.equal, found.samples), (points, equal, SAMPLES));
+    }
+}
