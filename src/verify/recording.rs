@@ -813,6 +813,26 @@ mod tests {
         }
     }
 
+    /// Only densities that came with the samples and are wrong have a ratio to what they should be.
+    #[cfg(feature = "foreign")]
+    #[test]
+    fn ratios_of_wrong_densities() {
+        use crate::random::{stream, unit_f64};
+        let ratio = |own: f64, given: Option<f64>| {
+            let mut rng = stream(7, "ratios", 0);
+            let numbers = (0..40_000).map(|_| unit_f64(&mut rng)).collect();
+            let row =
+                move |numbers: &[f64]| Row { point: Some(numbers[0]), density: Some(own), weight: None };
+            let read = recording(Interval::new(0.0, 1.0), Few(numbers), row).unwrap();
+            let read = if let Some(given) = given { read.density(move |_| given) } else { read };
+            read.examine(&Settings::default()).unwrap().common_ratio
+        };
+        let (half, _) = ratio(2.0, None).unwrap();
+        assert!((half - 0.5).abs() < 0.02, "{half}");
+        assert!(ratio(2.0, Some(1.0)).is_none());
+        assert!(ratio(1.0, None).is_none());
+    }
+
     /// Rows answer what is asked of samples that are there, and nothing that takes variates.
     #[test]
     fn rows_as_the_checks_see_them() {
