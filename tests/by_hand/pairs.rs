@@ -406,6 +406,12 @@ fn recordings_are_compared_row_by_row() {
     let examination = compare_recordings(&many, &some(&[400, 300, 350]), &Settings::default()).unwrap();
     assert_eq!(examination.cells.iter().map(|c| c.observed).collect::<Vec<_>>(), [15_000, 12_000, 8_000]);
     assert_eq!((examination.samples, examination.rejected), (42_000, 7_000));
+    // More than are read at once, and not more of them than are asked for.
+    let alternating = (0..(1 << 20) + 40_000).map(|i| f64::from(i % 2)).collect();
+    let many = recording(Discrete::new(3), Given::new(1, alternating), entry).unwrap();
+    let settings = Settings { samples: (1 << 20) + 10, ..Settings::default() };
+    let examination = compare_recordings(&many, &some(&[400, 300, 350]), &settings).unwrap();
+    assert_eq!(examination.samples, settings.samples);
     let settings = Settings { samples: 500, ..Settings::default() };
     let examination = compare_recordings(&some(&[400, 300, 350]), &some(&[70, 140, 70]), &settings).unwrap();
     assert_eq!((examination.samples, examination.against), (500, Against::Points(280)));
