@@ -407,6 +407,19 @@ fn factors_about_an_oblique_axis() {
     is(&lobe(|c| (-c).max(0.0).powi(4)), "opposite direction");
 }
 
+/// The axis of a density is where its mass is: of two lobes between them, nearer to the heavier one.
+#[test]
+fn factors_about_the_axis_of_two_lobes() {
+    let claimed =
+        |w: &glam::DVec3| 9.0 / (2.0 * PI) * (0.7 * w.x.max(0.0).powi(8) + 0.3 * w.z.max(0.0).powi(8));
+    let axis = glam::DVec3::new(0.7, 0.0, 0.3).normalize();
+    let actual = move |w: &glam::DVec3| claimed(w) * w.dot(axis).max(0.0);
+    is(
+        &diagnosed(Sphere, Knots::default(), claimed, actual, 20.0),
+        "lacks cos of the angle to the lobe's axis",
+    );
+}
+
 #[test]
 fn shifts_go_around() {
     let table = |rotated: f64| {
@@ -480,6 +493,15 @@ fn entries_in_figures() {
     assert!(absorbed.is("hole") && absorbed.text.starts_with("from index 30 on there are 0.0000 times the samples that the density says, before 1.3333 times: a sum that stalls"), "{}", absorbed.text);
     let drawn: f64 = tail.iter().sum::<u64>() as f64;
     near(absorbed.gain, drawn * (4.0_f64 / 3.0).ln(), 1e-3);
+    // A tail is absorbed of which less than a twentieth of what is before it is left: 11 of 230, not 12.
+    let tail = |left: u64, more: u64| -> Vec<u64> {
+        (0..40).map(|i| if i >= 30 { left } else { 230 + if i == 0 { more } else { 0 } }).collect()
+    };
+    for (left, more, name) in
+        [(9, 3, "absorbed tail"), (11, 4, "absorbed tail"), (12, 1, "step along the index")]
+    {
+        is(&entries(&even, &tail(left, more)), name);
+    }
     // A quarter more from entry 20 on.
     let step: Vec<u64> = (0..40).map(|i| if i < 20 { 168 } else { 210 }).collect();
     let found = is(&entries(&even, &step), "step along the index");

@@ -262,6 +262,22 @@ fn targets_without_density() {
     assert!(wrong.diagnosis.unwrap().text.contains("(33.3% of where it is; for one the target at 2 is 1"));
 }
 
+/// Of 16,384 points, which the check of repeats draws.
+#[test]
+fn points_of_a_table() {
+    let judged = |point: &'static (dyn Fn(f64) -> f64 + Sync)| {
+        let sample = move |x: &[f64]| Some(Sample { point: point(x[0]), density: 1.0 });
+        diagnosis(&Told::new(line(), sample, |_| 1.0), FEW)
+    };
+    let few = judged(&|x| (4096.0 * x).floor() / 4096.0).unwrap();
+    assert!(few.is("few points"), "{few:?}");
+    let (_, rest) = few.text.split_once("there are about ").unwrap();
+    near(rest.split(' ').next().unwrap().parse().unwrap(), 4096.0, 0.05);
+    // One that all others share is another fault.
+    let clamped = judged(&|x| x.max(0.2));
+    assert!(!clamped.as_ref().is_some_and(|d| d.is("few points")), "{clamped:?}");
+}
+
 #[test]
 fn importance_of_another_function() {
     let sampler = Told::new(
@@ -292,6 +308,16 @@ fn importance_of_another_function() {
                 .starts_with("the density follows mine (spread 0.000), not what it was made for (spread 0.3"),
         "{rival:?}"
     );
+    // A place where the density that is asked is 0 has no ratio.
+    let mut first = [0.0];
+    fill_unit(&mut stream(1, "importance", 1), &mut first);
+    let once = first[0].sqrt();
+    let density = move |x: &f64| if *x == once { 0.0 } else { 2.0 * x };
+    let sample = |x: &[f64]| Some(Sample { point: x[0].sqrt(), density: 2.0 * x[0].sqrt() });
+    let told = Told::new(line(), sample, density);
+    let verify = warpcheck::verify(&told).importance(|x| x * x, 0.1).samples(FEW as u64);
+    let rival = certain(verify.rival("mine", |x| 7.0 * x)).diagnosis.unwrap();
+    assert!(rival.is("importance of a rival"), "{rival:?}");
     // A rival that spreads as much is none: 0.2 at most where 0.1 is promised, and less than half of what is found.
     let rough = judged(|x| x * x, 0.1, Some(|x| if x < 0.5 { 2.0 * x } else { x })).unwrap();
     assert!(rough.is("importance of another function"), "{rough:?}");

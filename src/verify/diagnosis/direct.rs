@@ -66,8 +66,13 @@ pub(super) fn not_finite(case: &Case<'_>) -> Option<Mistake> {
 
 /// The points are few: not some that are common, as where values are clamped, but all of them.
 pub(super) fn few_points(case: &Case<'_>) -> Option<Mistake> {
-    const COMMON: u64 = 50;
     let Repeated { pairs, equal, points, allowed, .. } = repeated(case)?;
+    few(pairs, equal, points, allowed)
+}
+
+/// Of so many pairs, equal ones and points that came more than once; `allowed` of them may be equal.
+fn few(pairs: f64, equal: u64, points: u64, allowed: f64) -> Option<Mistake> {
+    const COMMON: u64 = 50;
     let few = equal as f64 > 2.0 * allowed + 100.0 && equal < COMMON * points;
     few.then(|| {
         let text = format!(
@@ -255,4 +260,26 @@ pub(super) fn edges(case: &Case<'_>) -> Option<Mistake> {
         }
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_that_are_few() {
+        let is = |equal: u64, points: u64, allowed: f64| few(1e6, equal, points, allowed).is_some();
+        // More than twice what is allowed and a hundred, …
+        assert_eq!([99, 100, 101, 102].map(|equal| is(equal, 100, 0.0)), [false, false, true, true]);
+        assert_eq!([179, 180, 181].map(|equal| is(equal, 180, 40.0)), [false, false, true]);
+        // … but of each point less than fifty.
+        assert_eq!([9999, 10_000, 10_001].map(|equal| is(equal, 200, 0.0)), [true, false, false]);
+        assert_eq!(
+            [(0, 0), (50, 40), (1_000_000, 1)].map(|(equal, points)| is(equal, points, 0.0)),
+            [false; 3]
+        );
+        let (name, text) = few(1e6, 250, 200, 0.0).unwrap();
+        assert_eq!(name, "few points");
+        assert!(text.starts_with("there are about 4000 points in all: variates of too few bits"), "{text}");
+    }
 }

@@ -766,6 +766,19 @@ mod tests {
             found.text
         );
         all_near(&found.shape, &cells(vec![rest; 40], [5e-5, 1.5e-4]));
+        // The first of several are those that stand out most.
+        let mut observed = vec![250.0; 40];
+        for (cell, more) in [(5, -90.0), (12, 100.0), (20, -200.0), (30, 190.0)] {
+            observed[cell] += more;
+        }
+        let several = moved(&Counts::exact(&observed, &[0.025; 40], 0.0)).unwrap();
+        assert!(
+            several.text.starts_with(
+                "a probability of 2.900e-2 moved from 2 entries, first cell 20, to 2, first cell 30: "
+            ),
+            "{}",
+            several.text
+        );
         // What one has too much the other has too little, within five standard errors of both: 0.0112.
         let judged = |more: f64, less: f64| {
             let drawn = 1e4;
@@ -801,6 +814,7 @@ mod tests {
         let mut shape = vec![0.02 * 0.88 / 0.96; 50];
         (shape[3], shape[7]) = (0.05, 0.07);
         all_near(&found.shape, &shape);
+        assert_eq!(crowd(&counts(&[(3, 500.0)])).map(|one| one.parameters), Some(2));
         // What holds more than a twentieth of the mass is no few places.
         assert!(crowd(&counts(&[(3, 500.0), (7, 700.0), (9, 600.0)])).is_none());
         assert!(crowd(&counts(&[])).is_none());
@@ -852,6 +866,13 @@ mod tests {
         assert_eq!(of_patches(1.0 / 7.0, 7).as_deref(), Some("1 / the number of patches"));
         assert_eq!((of_patches(7.0, 8), of_patches(1.0, 1)), (None, None));
         assert_eq!((name(1.5), name(1.51), name(0.9)), (String::new(), String::new(), String::new()));
+        // The constant itself is what its name says, not the ratio.
+        let value = |ratio: f64, patches: usize| constant(ratio, 1e-5, patches).map(|(_, value)| value);
+        assert_eq!(
+            [PI, 1.0 / PI, 1.0 / 4.0].map(|x| value(x * 1.000_001, 1)),
+            [Some(PI), Some(1.0 / PI), Some(0.25)]
+        );
+        assert_eq!([7.0, 1.0 / 7.0].map(|x| value(x * 1.000_001, 7)), [Some(7.0), Some(1.0 / 7.0)]);
     }
 
     /// (n + 2) / (n + 1), as long as its neighbours are farther off than the tolerance.
@@ -863,5 +884,9 @@ mod tests {
         assert_eq!((n(1.500_01), n(1.500_02)), (Some(1.0), None));
         // 200^2 times the tolerance is 0.4.
         assert_eq!(n(1.0 + 1.0 / 202.0), None);
+        // Both are less, not equal: 2^2 times a tenth, and what 1.53 is off.
+        assert_eq!((exponent(1.5, 0.1), exponent(1.5, 0.0999)), (None, Some(1.0)));
+        let off = 1.53 / 1.5 - 1.0;
+        assert_eq!((exponent(1.53, off), exponent(1.53, 1.001 * off)), (None, Some(1.0)));
     }
 }

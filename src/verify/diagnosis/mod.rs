@@ -114,12 +114,16 @@ fn by_weights(case: &Case<'_>) -> Option<Diagnosis> {
         return None;
     }
     let (ratio, error) = crate::verify::weights::common_ratio(case)?;
+    of_weights(case.probe.space(), ratio, error)
+}
+
+/// Where the mean of 1 / density is `ratio` times the measure all over the domain.
+fn of_weights(space: &dyn Space, ratio: f64, error: f64) -> Option<Diagnosis> {
     if (ratio - 1.0).abs() < 5.0 * error {
         return None;
     }
     let (ratio, tolerance) = (1.0 / ratio, known_to(error / ratio));
     of_mean(ratio, tolerance).map(|diagnosis| {
-        let space = case.probe.space();
         let (measure, lobes) = (space.measure(), matches!(space.name(), "hemisphere" | "sphere"));
         let more = match hypotheses::exponent(ratio, tolerance).filter(|_| lobes) {
             _ if diagnosis.name != "constant" => String::new(),
@@ -372,7 +376,7 @@ fn unknown(tried: usize, nearest: Option<(&Fit, f64)>, counts: &Counts, gain: f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::domain::Square;
+    use crate::domain::{Hemisphere, Interval, Square};
 
     fn integral(value: f64, error: f64) -> Integral {
         Integral { value, error, ..Integral::default() }
@@ -525,6 +529,9 @@ mod tests {
         // Less than half of what is claimed to be rejected: 70 of 1000.
         assert_eq!(name(integral(0.86, 0.0), 931.0, 69.0), "rejected samples drawn again");
         assert_eq!(name(integral(0.86, 0.0), 929.0, 71.0), "constant");
+        // Just half of 128 in 1024 is as claimed.
+        let of_1024 = |rejected: f64| name(integral(0.875, 0.0), 1024.0 - rejected, rejected);
+        assert_eq!([63.0, 64.0].map(of_1024), ["rejected samples drawn again", "constant"]);
         // Of n samples where c n are claimed, by Poisson's distribution; less what the shape is off.
         let (_, gain) = judged(integral(2.0, 0.0), [5200.0, 4800.0], 0.0);
         near(gain, 1e4 * (2.0 - 1.0 - 2.0_f64.ln()));
@@ -566,5 +573,75 @@ mod tests {
         assert_eq!(known.text, "every value is 3 / 4 times what it should be");
         assert_eq!(odd.text, "the mean is 0.130000 times what it should be");
         assert!(known.explains && !odd.explains);
+        // What is known to a twentieth says nothing.
+        assert_eq!((name(0.13, 0.0499), name(0.13, ROUGH)), ("constant".to_owned(), String::new()));
+    }
+
+    /// Four standard errors, but for a name less than a twentieth.
+    #[test]
+    fn how_well_means_are_known() {
+        assert_eq!([0.001, 0.01, 0.012].map(known_to), [0.004, 0.04, 0.048]);
+        near(known_to(0.013), 0.0495);
+        near(known_to(0.0499), 0.0495);
+        assert!(known_to(0.05).is_nan() && known_to(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn constants_and_their_values() {
+        for (ratio, expected, value) in
+            [(0.8, "4 / 5", 0.8), (3.0, "3", 3.0), (5.0, "5", 5.0), (0.2, "1 / 5", 0.2), (2.5, "5 / 2", 2.5)]
+        {
+            assert_eq!(known_constant(ratio, 1e-5), Some((expected.to_owned(), value)));
+        }
+        // Nearer than the tolerance, and farther from others than a tenth: 1 * 10 * 0.01.
+        let off = 0.8016 * 5.0 / 4.0 - 1.0;
+        let name = |ratio: f64, tolerance: f64| known_constant(ratio, tolerance).map(|(name, _)| name);
+        assert_eq!((name(0.8016, off), name(0.8016, 1.001 * off).as_deref()), (None, Some("4 / 5")));
+        assert_eq!((name(10.0, 0.01), name(10.0, 0.0099).as_deref()), (None, Some("10")));
+    }
+
+    /// Densities that are a constant too large all over the domain, of which means of 1 / density tell.
+    #[test]
+    fn constants_of_weights() {
+        let text = |space: &dyn Space, times: f64, error: f64| {
+            let diagnosis = of_weights(space, 1.0 / times, error / times)?;
+            assert!(diagnosis.explains);
+            let of_all = diagnosis.text.strip_suffix(" (the densities, all over the domain)");
+            Some(of_all.unwrap_or_else(|| panic!("{}", diagnosis.text)).to_owned())
+        };
+        let plain = |ratio: &str| Some(format!("the mean is {ratio} times what it should be"));
+        let with = |ratio: &str, more: &str| plain(ratio).map(|text| format!("{text}, {more}"));
+        // By less than five standard errors.
+        assert_eq!((text(&Square, 1.04, 0.0099), text(&Square, 1.04, 0.0076)), (None, plain("1.040000")));
+        // (n + 2) / (n + 1) is said of lobes, and of what has no name of its own.
+        let lobe = 22.0 / 21.0;
+        assert_eq!(
+            text(&Hemisphere, lobe, 1e-4),
+            with("1.047619", "(n + 2) / (n + 1) if this is a lobe of exponent n = 20")
+        );
+        assert_eq!(text(&Square, lobe, 1e-4), plain("1.047619"));
+        assert_eq!(text(&Hemisphere, 1.03, 1e-5), plain("1.030000"));
+        assert_eq!(
+            text(&Hemisphere, 4.0 / 3.0, 1e-4).as_deref(),
+            Some("every value is 4 / 3 times what it should be")
+        );
+        // So is 1 / the measure.
+        assert_eq!(
+            text(&Interval::new(0.0, 1.37), 1.0 / 1.37, 1e-4),
+            with("0.729927", "1 / the measure of the interval")
+        );
+        assert_eq!(
+            text(&Interval::new(0.0, 0.5), 2.0, 1e-4).as_deref(),
+            Some("every value is 2 times what it should be")
+        );
+        assert_eq!(text(&Interval::new(0.0, f64::INFINITY), 16.0, 1e-4), plain("16.000000"));
+        // Within four standard errors of it.
+        let off = 1e-3;
+        let near_it = Interval::new(0.0, (1.0 + off) / 16.0);
+        let off = 16.0 * Space::measure(&near_it) - 1.0;
+        assert_eq!(
+            (text(&near_it, 16.0, 0.25 * off), text(&near_it, 16.0, 0.2501 * off)),
+            (plain("16.000000"), with("16.000000", "1 / the measure of the interval"))
+        );
     }
 }
