@@ -713,6 +713,41 @@ mod tests {
         assert_eq!((drawn(7, none), drawn(17, none), drawn(9, ages)), (7, 8, 9));
     }
 
+    /// The last shard is as short as what is left; beyond 64 shards they are looked at by eights.
+    #[test]
+    fn as_many_as_are_asked_for() {
+        let (sampler, extras) =
+            (from_fn(Interval::new(0.0, 1.0), |u: f64| u, |_: f64| 1.0), Extras::default());
+        let expectation = told::expectation(&Interval::new(0.0, 1.0), [Integral::default(); 4], vec![]);
+        let drawn = |samples: u64, time: Option<Duration>| {
+            let settings = Settings { samples, time, ..Settings::default() };
+            let mut looks = 0;
+            let tally = draw(&Subject::new(&sampler, &extras), &expectation, &settings, &mut |_| {
+                looks += 1;
+                false
+            });
+            (tally.samples, tally.per_leaf.iter().sum::<u64>(), looks)
+        };
+        let (some, many) = (9 * SHARD + 5, 72 * SHARD);
+        let ages = Some(Duration::from_secs(1 << 20));
+        assert_eq!(drawn(some, ages), (some, some, 10));
+        assert_eq!(drawn(some, None), (some, some, 10));
+        assert_eq!(drawn(many, None), (many, many, 64 + 1));
+        assert_eq!(drawn(many, ages), (many, many, 72));
+    }
+
+    #[test]
+    fn powers_of_weights() {
+        let mut some = Inverse::default();
+        some.add(2.0);
+        some.add(3.0);
+        assert_eq!((some.count, some.powers, some.largest), (2, [5.0, 13.0, 35.0], 3.0));
+        let mut other = Inverse::default();
+        other.add(4.0);
+        other.merge(&some);
+        assert_eq!((other.count, other.powers, other.largest), (3, [9.0, 29.0, 99.0], 4.0));
+    }
+
     /// Weights, the harmonic mean of the pilots' densities over each, are added up by the square of the box that pilots span.
     #[test]
     fn samples_fill_squares() {

@@ -69,7 +69,7 @@ impl Nodes {
             let cell = &leaves[leaf];
             // Where most of a cell is empty, closer to its samples.
             let grading = partition.grading(leaf);
-            let graded = grading.axes.iter().any(|cuts| !cuts.is_empty());
+            let graded = grading.axes.iter().take(axes).any(|cuts| !cuts.is_empty());
             let panels = if graded { 1 } else { panels };
             let along = |axis: usize| -> Vec<(f64, f64)> {
                 if axis >= axes {
@@ -192,6 +192,12 @@ fn points(cell: &Cell, axis: usize, knots: &Knots, grading: &Knots, panels: usiz
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::domain::Interval;
+    use crate::sampler::{Sampler, from_fn};
+    use crate::verify::expectation::told;
+    use crate::verify::probe::{Extras, Subject};
+    use crate::verify::settings::Settings;
+    use crate::verify::tally::Tally;
 
     #[track_caller]
     fn all_near(found: &[f64], expected: &[f64]) {
@@ -259,6 +265,20 @@ mod tests {
             .len()
         };
         assert_eq!((many(32), many(33)), (66, 2));
+    }
+
+    /// Leaves that pilots fill have four panels; along the axis that a line hasn't, nobody looks whether they do.
+    #[test]
+    fn nodes_of_leaves_on_a_line() {
+        let (sampler, extras) =
+            (from_fn(Interval::new(0.0, 1.0), |u: f64| u, |_: f64| 1.0), Extras::default());
+        let expectation = told::expectation(&sampler.domain(), [told::integral(0.25, 0.0); 4], vec![]);
+        let (probe, tally, settings) =
+            (Subject::new(&sampler, &extras), Tally::default(), Settings::default());
+        let case = Case { probe: &probe, expectation: &expectation, tally: &tally, settings: &settings };
+        let nodes = Nodes::new(&case);
+        assert_eq!(nodes.of_leaf, [0..8, 8..16, 16..24, 24..32]);
+        all_near(&nodes.raw, &[0.25; 4]);
     }
 
     /// Two leaves of two nodes each, one of them without density; and a third that no node shows.
