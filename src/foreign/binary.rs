@@ -80,7 +80,7 @@ impl Rows for BinaryRows {
     fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
         let mut block = Block::default();
         let read = self.block(most, &mut block);
-        out.extend_from_slice(&block.piece(0, block.len()).numbers());
+        block.all().append_to(out);
         read.map(|()| block.len() / self.width())
     }
 

@@ -288,7 +288,7 @@ impl Check {
             self.read += (block.len() / width) as u64;
             return Ok(());
         }
-        for row in block.piece(0, block.len()).numbers().chunks_exact(width) {
+        for row in block.all().numbers().chunks_exact(width) {
             self.look_at(row)?;
             self.read += 1;
         }
@@ -327,7 +327,7 @@ impl Check {
 /// Whether there is a number that is worth to be looked at: most blocks have none, which is seen faster than where it would be.
 fn any_is_odd(block: &Block) -> bool {
     let is_odd = |x: f64| !(x.abs() <= LARGE) | (x.abs() < SMALL);
-    match block.piece(0, block.len()) {
+    match block.all() {
         Piece::Numbers(numbers) => numbers.iter().fold(false, |any, x| any | is_odd(*x)),
         Piece::F64(bytes) => bytes.iter().fold(false, |any, b| any | is_odd(f64::from_le_bytes(*b))),
         // Twice as many fit into a vector register.
@@ -391,7 +391,7 @@ impl Ahead {
     fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
         self.fetch()?;
         let numbers = (most * self.width).min(self.block.len() - self.at);
-        out.extend_from_slice(&self.block.piece(self.at, numbers).numbers());
+        self.block.piece(self.at, numbers).append_to(out);
         self.at += numbers;
         Ok(numbers / self.width)
     }

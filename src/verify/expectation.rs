@@ -810,7 +810,8 @@ mod tests {
     use crate::domain::{Discrete, Interval, Square, WithAtoms};
     use crate::sampler::{Sampler, from_fn};
     use crate::verify::probe::{Extras, Subject};
-    use crate::verify::{Row, Rows, RowsError, recording};
+    use crate::verify::rows::told::Given;
+    use crate::verify::{Row, recording};
     use glam::DVec2;
 
     #[track_caller]
@@ -1110,19 +1111,6 @@ mod tests {
             expectation.leaves.iter().zip(&before).all(|(l, b)| l.error == *b)
                 && expectation.total.error == errors.total
         );
-    }
-
-    struct Given(std::vec::IntoIter<[f64; 2]>);
-
-    impl Rows for Given {
-        fn width(&self) -> usize {
-            2
-        }
-        fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
-            let before = out.len();
-            out.extend(self.0.by_ref().take(most).flatten());
-            Ok((out.len() - before) / 2)
-        }
     }
 
     /// Where densities come with the samples and nobody can be asked: shares of the pilots, and the harmonic mean of their densities.

@@ -396,7 +396,7 @@ impl<'a, D: Domain> Recording<'a, D> {
             let index = (xi * self.pilot_count() as f64) as usize;
             out.extend_from_slice(&self.pilots[index * self.width..][..self.width]);
         } else {
-            held.each_piece(xi as u64 - 1, 1, |piece| out.extend_from_slice(&piece.numbers()));
+            held.each_piece(xi as u64 - 1, 1, |piece| piece.append_to(out));
         }
     }
 

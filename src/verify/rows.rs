@@ -68,8 +68,20 @@ impl<'a> Piece<'a> {
     pub fn numbers(self) -> Cow<'a, [f64]> {
         match self {
             Self::Numbers(numbers) => Cow::Borrowed(numbers),
-            Self::F32(bytes) => bytes.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect(),
-            Self::F64(bytes) => bytes.iter().map(|b| f64::from_le_bytes(*b)).collect(),
+            _ => {
+                let mut out = Vec::new();
+                self.append_to(&mut out);
+                Cow::Owned(out)
+            }
+        }
+    }
+
+    /// Appends them as numbers.
+    pub fn append_to(self, out: &mut Vec<f64>) {
+        match self {
+            Self::Numbers(numbers) => out.extend_from_slice(numbers),
+            Self::F32(bytes) => out.extend(bytes.iter().map(|b| f64::from(f32::from_le_bytes(*b)))),
+            Self::F64(bytes) => out.extend(bytes.iter().map(|b| f64::from_le_bytes(*b))),
         }
     }
 }
@@ -93,6 +105,11 @@ impl Block {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// All numbers.
+    pub fn all(&self) -> Piece<'_> {
+        self.piece(0, self.len())
     }
 
     /// `count` numbers from the `first` on.
@@ -145,6 +162,25 @@ impl Blocks {
             f(block.piece(from, numbers));
             row += (numbers / self.width) as u64;
             at += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod told {
+    use super::{Rows, RowsError};
+
+    /// Rows that a test made up.
+    pub struct Given<const N: usize>(pub std::vec::IntoIter<[f64; N]>);
+
+    impl<const N: usize> Rows for Given<N> {
+        fn width(&self) -> usize {
+            N
+        }
+        fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
+            let before = out.len();
+            out.extend(self.0.by_ref().take(most).flatten());
+            Ok((out.len() - before) / N)
         }
     }
 }
@@ -206,7 +242,7 @@ mod tests {
         let of = |blocks: &Blocks, first: u64, count: usize| {
             let (mut all, mut pieces) = (Vec::new(), Vec::new());
             blocks.each_piece(first, count, |piece| {
-                all.extend_from_slice(&piece.numbers());
+                piece.append_to(&mut all);
                 pieces.push(piece.numbers().len());
             });
             (all, pieces)

@@ -20,7 +20,7 @@ const SHARED_ROWS: u64 = 4;
 /// Samples that are drawn in one go, few enough that all that is known of them stays in the nearest cache; of who pays for every question, more.
 const CHUNK: usize = 128;
 const SLOW_CHUNK: usize = 512;
-/// Of those that are hardly asked, as many as leave enough to be asked together.
+/// Of those that are hardly asked, more: the few of them that are looked at closely wait for the end of their shard.
 const QUICK_CHUNK: usize = 512;
 /// In this many first shards the density is asked again at every sample's point, later at each one in [`ASKED_RARELY`].
 const ASKED_ALWAYS: u64 = 4;
@@ -601,22 +601,10 @@ mod tests {
     use crate::sampler::from_fn;
     use crate::verify::expectation::told;
     use crate::verify::probe::{Extras, Subject};
-    use crate::verify::{Row, Rows, RowsError, recording};
+    use crate::verify::rows::told::Given;
+    use crate::verify::{Row, recording};
     use glam::DVec3;
     use std::time::Duration;
-
-    struct Given(std::vec::IntoIter<[f64; 4]>);
-
-    impl Rows for Given {
-        fn width(&self) -> usize {
-            4
-        }
-        fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
-            let before = out.len();
-            out.extend(self.0.by_ref().take(most).flatten());
-            Ok((out.len() - before) / 4)
-        }
-    }
 
     /// Directions uniform over the hemisphere, some of them on lines of the chart, at its ends, below the horizon, too long, or not kept.
     fn rows() -> Vec<[f64; 4]> {

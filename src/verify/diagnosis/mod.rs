@@ -377,10 +377,7 @@ fn unknown(tried: usize, nearest: Option<(&Fit, f64)>, counts: &Counts, gain: f6
 mod tests {
     use super::*;
     use crate::domain::{Hemisphere, Interval, Square};
-
-    fn integral(value: f64, error: f64) -> Integral {
-        Integral { value, error, ..Integral::default() }
-    }
+    use crate::verify::expectation::told::integral;
 
     fn hypothesis(name: &str, parameters: u32, shape: [f64; 4]) -> Hypothesis {
         let text = format!("as {name} says");
