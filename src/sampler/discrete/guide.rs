@@ -99,31 +99,32 @@ impl DiscreteGuide {
     #[inline]
     pub fn choose(&self, xi: f64) -> Choice {
         let position = position_of(xi);
-        self.cdf.choice(self.batch(&[step_at(position)])[0] as usize, position)
+        self.cdf.choice(self.batch(&[step_at(position) << 11])[0] as usize, position)
     }
 
-    /// The entries of a few steps: first all cells, then whatever they don't tell, so that the processor waits for all of memory at once.
+    /// The entries of the upper 53 bits of a few numbers: first all cells, then whatever they don't tell, so that the processor waits for all of memory at once.
     #[inline]
-    fn batch<const N: usize>(&self, steps: &[u64; N]) -> [u32; N] {
+    fn batch<const N: usize>(&self, bits: &[u64; N]) -> [u32; N] {
         let more = 1 << (10 + self.bits);
         let guide = &*self.cells;
         // Loops and no `map`, which for arrays isn't always compiled in line.
         let mut cells = [0; N];
         for i in 0..N {
-            cells[i] = guide[(steps[i] >> (53 - self.bits)) as usize];
+            cells[i] = guide[(bits[i] >> (64 - self.bits)) as usize];
         }
         let mut entries = [0; N];
         let mut pending = 0_u64;
         for i in 0..N {
             // The lower bits of the cell don't matter: those of the step are 0.
-            let passed = (steps[i] << 11) << self.bits > cells[i];
+            let passed = (step_of(bits[i]) << 11) << self.bits > cells[i];
             entries[i] = (cells[i] & (more - 1)) as u32 + u32::from(passed);
-            pending |= u64::from(passed & (cells[i] & more != 0)) << i;
+            // The last comes to be the lowest bit.
+            pending = 2 * pending + u64::from(passed & (cells[i] & more != 0));
         }
         while pending != 0 {
-            let i = pending.trailing_zeros() as usize % N;
+            let i = N - 1 - pending.trailing_zeros() as usize % N;
             pending &= pending - 1;
-            entries[i] = self.further(entries[i] as usize, steps[i]) as u32;
+            entries[i] = self.further(entries[i] as usize, step_of(bits[i])) as u32;
         }
         entries
     }
@@ -156,8 +157,12 @@ impl DiscreteGuide {
     /// If the slices differ in length.
     pub fn indices(&self, bits: &[u64], out: &mut [u32]) {
         assert_eq!(bits.len(), out.len(), "as many bits as indices");
-        let one = |bits| self.batch(&[step_of(bits)])[0];
-        in_batches::<WIDE, _, _>(bits, out, |bits, out| *out = self.batch(&bits.map(step_of)), one);
+        in_batches::<WIDE, _, _>(
+            bits,
+            out,
+            |bits, out| *out = self.batch(bits),
+            |bits| self.batch(&[bits])[0],
+        );
     }
 
     /// [`choose`](Self::choose) for many variates.
@@ -172,12 +177,12 @@ impl DiscreteGuide {
     /// [`choose`](Self::choose) for a few variates.
     #[inline]
     pub(in crate::sampler) fn choose_batch<const N: usize>(&self, xi: &[f64; N]) -> [Choice; N] {
-        let (mut positions, mut steps) = ([0.0; N], [0; N]);
+        let (mut positions, mut bits) = ([0.0; N], [0; N]);
         for i in 0..N {
             positions[i] = position_of(xi[i]);
-            steps[i] = step_at(positions[i]);
+            bits[i] = step_at(positions[i]) << 11;
         }
-        let entries = self.batch(&steps);
+        let entries = self.batch(&bits);
         let mut choices = [Choice::default(); N];
         for i in 0..N {
             choices[i] = self.cdf.choice(entries[i] as usize, positions[i]);

@@ -7,9 +7,7 @@
 //! A cell is 8 bytes: with lo = step N mod 2^53, the step belongs to the cell's own entry if lo < theta. All theta in an interval of N integers
 //! give the same t_i, so one with floor(log2 N) lower bits of zero is among them, and those and the 11 bits that a step doesn't have hold the alias.
 //!
-//! Where the cells don't fit into a cache, half of a cell answers nearly every search: a shorter cell of 4 bytes has the alias and the first bits of theta, as
-//! many as there is place for. Only a step that begins with the very same bits, one in 2^8 of a table of 2^24 entries, is told its entry by the cell itself. So
-//! every answer is that of the cell, from half of the memory.
+//! Where the cells don't fit into a cache, a form of 4 or 2 bytes a cell answers nearly every search ([`compact`]).
 //!
 //! Construction by the sweep of Hübschle-Schneider and Sanders ("Parallel Weighted Random Sampling", 2022): light entries, each leaving a deficit, and
 //! heavy ones, each with an excess, are laid side by side in order of index; a light cell takes its alias from the heavy entry in whose
@@ -17,23 +15,20 @@
 //! and excess meet follows from their running sums alone, so that every piece of the table can be made by itself: in parallel, the same bits on any
 //! number of threads, without any further memory.
 
+mod compact;
+
 use super::{BATCH, Choice, DiscreteCdf, STEPS, in_batches, position_of, step_at, step_of};
 use crate::pages::Pages;
 use crate::parallel;
 use crate::random::ONE_MINUS_EPSILON_F64;
 use crate::sampler::Error;
+use compact::Compact;
 use rand::Rng;
 
 /// Bytes of cells that are near enough for nobody to wait for them.
 const CACHED: usize = 1 << 18;
 /// Steps searched together where only the index is wanted: what fits into registers.
 const FEW: usize = 8;
-/// Bytes of cells from which on half as many are read quicker.
-const MANY: usize = 1 << 20;
-/// Steps searched together in short cells.
-const WIDE: usize = 64;
-/// Bits of theta that a short cell needs to be of use: 2^26 entries leave as many.
-const TELLING: u32 = 6;
 /// Cells made by one task.
 const PIECE: usize = 1 << 14;
 
@@ -55,7 +50,7 @@ pub struct DiscreteAlias {
     cdf: DiscreteCdf,
     cells: AliasCells,
     /// Beside cells that are too many for the cache.
-    short: Option<ShortCells>,
+    compact: Option<Compact>,
 }
 
 impl DiscreteAlias {
@@ -70,8 +65,8 @@ impl DiscreteAlias {
     /// An alias table with the masses of this one.
     pub fn from_cdf(cdf: DiscreteCdf) -> Self {
         let cells = AliasCells::new(cdf.len(), |i| cdf.steps(i));
-        let short = if cells.bytes() >= MANY { ShortCells::new(&cells) } else { None };
-        Self { cdf, cells, short }
+        let compact = Compact::new(&cells);
+        Self { cdf, cells, compact }
     }
 
     /// Number of entries.
@@ -97,8 +92,8 @@ impl DiscreteAlias {
     /// If the slices differ in length.
     pub fn indices(&self, bits: &[u64], out: &mut [u32]) {
         assert_eq!(bits.len(), out.len(), "as many bits as indices");
-        match &self.short {
-            Some(short) => short.indices(&self.cells, bits, out),
+        match &self.compact {
+            Some(compact) => compact.indices(&self.cells, bits, out),
             None => self.cells.indices(bits, out),
         }
     }
@@ -166,7 +161,7 @@ impl DiscreteAlias {
 
     /// Bytes that the table takes.
     pub fn bytes(&self) -> usize {
-        self.cdf.bytes() + self.cells.bytes() + self.short.as_ref().map_or(0, ShortCells::bytes)
+        self.cdf.bytes() + self.cells.bytes() + self.compact.as_ref().map_or(0, Compact::bytes)
     }
 
     /// The borders of some cells, and of the parts inside.
@@ -309,67 +304,6 @@ impl Cells<'_> {
             out[i] = if is_own { own[i] } else { (packed[i] & self.mask) as u32 };
         }
         out
-    }
-}
-
-/// The first halves of cells.
-#[derive(Clone, Debug, PartialEq)]
-struct ShortCells {
-    /// The first bits of theta, and the alias in the lower ones.
-    cells: Pages<u32>,
-    /// The bits of the alias.
-    mask: u32,
-}
-
-impl ShortCells {
-    /// None for tables whose aliases leave too few bits to theta.
-    fn new(cells: &AliasCells) -> Option<Self> {
-        let alias_bits = usize::BITS - (cells.cells.len() - 1).leading_zeros();
-        if alias_bits + TELLING > u32::BITS {
-            return None;
-        }
-        let mask = (1 << alias_bits) - 1;
-        let mut short = Pages::zeros(cells.cells.len());
-        parallel::chunks_mut(&mut short, PIECE, |piece, short| {
-            for (short, &cell) in short.iter_mut().zip(&cells.cells[piece * PIECE..]) {
-                *short = (cell >> 32) as u32 & !mask | (cell & cells.mask) as u32;
-            }
-        });
-        Some(Self { cells: short, mask })
-    }
-
-    /// The entries of the upper 53 bits of each number.
-    fn indices(&self, cells: &AliasCells, bits: &[u64], out: &mut [u32]) {
-        let cells = Cells { cells: &cells.cells, mask: cells.mask };
-        let one = |bits| cells.batch(&[bits])[0];
-        in_batches::<WIDE, _, _>(bits, out, |bits, out| *out = self.batch(cells, bits), one);
-    }
-
-    #[inline(always)]
-    fn batch<const N: usize>(&self, cells: Cells<'_>, bits: &[u64; N]) -> [u32; N] {
-        let short = &*self.cells;
-        let (mut own, mut lo, mut packed, mut out) = ([0; N], [0; N], [0; N], [0; N]);
-        for i in 0..N {
-            let product = u128::from(step_of(bits[i]) << 11) * short.len() as u128;
-            (own[i], lo[i]) = ((product >> 64) as u32, (product as u64 >> 32) as u32 & !self.mask);
-            packed[i] = short[own[i] as usize];
-        }
-        let mut unsure = 0_u64;
-        for i in 0..N {
-            let theta = packed[i] & !self.mask;
-            out[i] = if lo[i] < theta { own[i] } else { packed[i] & self.mask };
-            unsure |= u64::from(lo[i] == theta) << i;
-        }
-        while unsure != 0 {
-            let i = unsure.trailing_zeros() as usize % N;
-            unsure &= unsure - 1;
-            out[i] = cells.batch(&[bits[i]])[0];
-        }
-        out
-    }
-
-    fn bytes(&self) -> usize {
-        size_of_val(&*self.cells)
     }
 }
 
@@ -594,26 +528,6 @@ mod tests {
             exact(&sorted);
             sorted.reverse();
             exact(&sorted);
-        }
-    }
-
-    /// The cell itself and its first half, at both ends of all parts of some cells and in between.
-    #[test]
-    fn short_cells_answer_as_the_cells_do() {
-        let mut rng = stream(3, "alias", 0);
-        for entries in [131_072, 131_073, 200_000, 1 << 18] {
-            let weights: Vec<f64> = (0..entries).map(|_| 10.0_f64.powf(6.0 * unit_f64(&mut rng))).collect();
-            let table = DiscreteAlias::new(&weights).unwrap();
-            let short = table.short.as_ref().unwrap();
-            let cells = (0..entries).step_by(7);
-            let borders = cells.flat_map(|cell| table.cells.borders(cell));
-            let steps = borders.flat_map(|b| [b.saturating_sub(1), b]).filter(|&step| step < 1 << 53);
-            let mut bits: Vec<u64> = steps.map(|step| step << 11).collect();
-            bits.extend((0..100_000).map(|_| rng.next_u64()));
-            let (mut quick, mut sure) = (vec![0; bits.len()], vec![0; bits.len()]);
-            short.indices(&table.cells, &bits, &mut quick);
-            table.cells.indices(&bits, &mut sure);
-            assert!(quick == sure, "{entries}");
         }
     }
 
