@@ -1,19 +1,24 @@
-//! Phong and GGX lobes from flat to needle, from above to grazing. Oracles: densities from angles, in `f64`; the quantiles of the polar angle; the part
-//! of a Phong lobe under the horizon, by a sum over circles.
+//! Phong, GGX and von Mises-Fisher lobes from flat to needle, from above to grazing, and directions that are uniform or weighted by the cosine. Oracles: densities
+//! from angles, in `f64`; the quantiles of the polar angle; the part of a Phong lobe under the horizon, by a sum over circles.
 
 use super::{Component, Kind, Reach, Row, Trial, Unit, corner_pairs, lattice, mean};
 use crate::estimator::Reflection;
 use crate::oracle;
 use crate::random::to_f32;
-use crate::sampler::{Error, GgxVisibleNormals, PhongLobe};
+use crate::sampler::{
+    CosineHemisphere, Error, GgxVisibleNormals, PhongLobe, UniformHemisphere, UniformSphere, VonMisesFisher,
+};
 use crate::scene::{Convention, Material};
 use glam::{DVec3, Vec2, Vec3};
+use std::f64::consts::PI;
 
 const HERE: Component = Component::Lobes;
 
 pub(super) fn rows() -> Vec<Row> {
     let mut rows = phong();
     rows.extend(ggx());
+    rows.extend(von_mises_fisher());
+    rows.extend(without_parameters());
     rows.extend(dark());
     rows
 }
@@ -44,10 +49,21 @@ fn judge(
     density: impl Fn(Vec3) -> f32,
     truth: impl Fn(DVec3) -> f64,
 ) -> f64 {
+    judge_within(trial, |w| w.z > 0.0, sample, density, truth)
+}
+
+/// The same of directions that lie elsewhere.
+fn judge_within(
+    trial: &mut Trial,
+    within: impl Fn(Vec3) -> bool,
+    sample: impl Fn(Vec2) -> Option<Vec3>,
+    density: impl Fn(Vec3) -> f32,
+    truth: impl Fn(DVec3) -> f64,
+) -> f64 {
     const COUNT: u32 = 16_384;
     for xi in variates(COUNT) {
         let Some(w) = sample(xi) else { continue };
-        trial.must(w.z > 0.0 && (w.length() - 1.0).abs() < 3e-7, || format!("xi = {xi} draws {w}"));
+        trial.must(within(w) && (w.length() - 1.0).abs() < 3e-7, || format!("xi = {xi} draws {w}"));
         let (found, truth) = (f64::from(density(w)), truth(w.as_dvec3()));
         // Under the least normal number f32 has no digits; the rim of a lobe, xi = 0, is there.
         if truth > f64::from(f32::MIN_POSITIVE) {
@@ -200,6 +216,106 @@ fn ggx() -> Vec<Row> {
         ));
     }
     rows
+}
+
+fn von_mises_fisher() -> Vec<Row> {
+    let mut rows = Vec::new();
+    // What f32 makes of the lengths of both vectors counts kappa times, as it does for Phong.
+    for (kappa, allowed) in [(1e-3_f32, 1e-5), (1.0, 1e-5), (100.0, 1e-5), (1e6, 1e-5), (1e9, 3e-5)] {
+        let exact = f64::from(kappa);
+        let ask = move |trial: &mut Trial| {
+            let mean = tilted(85.0);
+            let Some(lobe) = trial.accepted(VonMisesFisher::new(mean, kappa)) else { return };
+            let truth = |w| oracle::von_mises_fisher(mean.as_dvec3(), exact, w);
+            judge_within(trial, |_| true, |xi| Some(lobe.sample(xi)), |w| lobe.density(w), truth);
+        };
+        let input = format!("von Mises-Fisher {kappa:e}");
+        let should = "k e^(k cos alpha)/(4 pi sinh k)";
+        rows.push(HERE.row(Kind::Value, input, should, (allowed, Unit::Relative), ask));
+        let ask = move |trial: &mut Trial| {
+            let Some(lobe) = trial.accepted(VonMisesFisher::new(Vec3::Z, kappa)) else { return };
+            // Of the cosine c, (1 - e^(-k (1 - c))) / (1 - e^(-2 k)) is left above it.
+            let half_chord = |xi: f64| (-0.5 * (xi * (-2.0 * exact).exp_m1()).ln_1p() / exact).sqrt();
+            quantiles(trial, |xi| Some(lobe.sample(Vec2::new(xi, 0.125))), |xi| 2.0 * half_chord(xi).asin());
+        };
+        let input = format!("von Mises-Fisher {kappa:e}, 4096 quantiles");
+        rows.push(HERE.row(
+            Kind::Value,
+            input,
+            "inverse of the CDF of cos alpha",
+            (2e-6, Unit::Relative),
+            ask,
+        ));
+    }
+    for (input, kappa) in [("0", 0.0), ("-1", -1.0), ("NaN", f32::NAN), ("infinite", f32::INFINITY)] {
+        let ask = move |trial: &mut Trial| {
+            trial.refused(VonMisesFisher::new(Vec3::Z, kappa), |e| {
+                matches!(e, Error::Parameter { parameter: "kappa", .. })
+            });
+        };
+        let input = format!("von Mises-Fisher {input}");
+        rows.push(HERE.row(Kind::Refusal, input, "names kappa", (0.0, Unit::Absolute), ask));
+    }
+    rows
+}
+
+/// Directions whose only extremes are those of the variates: density and quantiles of each.
+fn without_parameters() -> Vec<Row> {
+    /// A sampler's name, where it draws, its samples and density, the true density, and the quantiles of theta.
+    struct Directions {
+        name: &'static str,
+        within: fn(Vec3) -> bool,
+        sample: fn(Vec2) -> Vec3,
+        density: fn(Vec3) -> f32,
+        truth: fn(DVec3) -> f64,
+        angle: fn(f64) -> f64,
+    }
+    let all = [
+        Directions {
+            name: "uniform on the sphere",
+            within: |_| true,
+            sample: |xi| UniformSphere.sample(xi),
+            density: |w| UniformSphere.density(w),
+            truth: |_| 1.0 / (4.0 * PI),
+            angle: |xi| 2.0 * xi.sqrt().asin(),
+        },
+        Directions {
+            name: "uniform on the hemisphere",
+            within: |w| w.z > 0.0,
+            sample: |xi| UniformHemisphere.sample(xi),
+            density: |w| UniformHemisphere.density(w),
+            truth: |_| 1.0 / (2.0 * PI),
+            angle: |xi| 2.0 * (0.5 * xi).sqrt().asin(),
+        },
+        Directions {
+            name: "cosine-weighted",
+            within: |w| w.z > 0.0,
+            sample: |xi| CosineHemisphere.sample(xi),
+            density: |w| CosineHemisphere.density(w),
+            truth: oracle::cosine,
+            angle: |xi| xi.sqrt().asin(),
+        },
+    ];
+    let rows_of = |directions: Directions| {
+        let Directions { name, within, sample, density, truth, angle } = directions;
+        let of_densities = move |trial: &mut Trial| {
+            judge_within(trial, within, |xi| Some(sample(xi)), density, truth);
+        };
+        let of_quantiles =
+            move |trial: &mut Trial| quantiles(trial, |xi| Some(sample(Vec2::new(xi, 0.125))), angle);
+        let allowed = (2e-6, Unit::Relative);
+        [
+            HERE.row(Kind::Value, name, "density of the oracle", allowed, of_densities),
+            HERE.row(
+                Kind::Value,
+                format!("{name}, 4096 quantiles"),
+                "inverse of the CDF of theta",
+                allowed,
+                of_quantiles,
+            ),
+        ]
+    };
+    all.into_iter().flat_map(rows_of).collect()
 }
 
 /// A material that is looked at edge-on, or from below.
