@@ -329,6 +329,11 @@ pub(super) fn exact(what: &str, count: Count, samples: u64) -> Finding {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::domain::{Groups, Interval};
+    use crate::sampler::from_fn;
+    use crate::verify::expectation::told;
+    use crate::verify::probe::{Extras, Subject};
+    use crate::verify::settings::Settings;
 
     #[track_caller]
     fn near(found: f64, expected: f64) {
@@ -344,6 +349,49 @@ mod tests {
         near(deviance(12.0, 10.0), 2.0 * (12.0 * 1.2_f64.ln() - 2.0));
         near(deviance(8.0, 10.0), 2.0 * (8.0 * 0.8_f64.ln() + 2.0));
         assert_eq!((deviance(0.0, 10.0), deviance(10.0, 10.0)), (20.0, 0.0));
+    }
+
+    /// An integral of which nothing is known is none, whatever its value.
+    #[test]
+    fn masses_without_a_known_error() {
+        let line = Interval::new(0.0, 1.0);
+        let (sampler, extras) = (from_fn(line, |u: f64| u, |_: f64| 1.0), Extras::default());
+        let (probe, settings) = (Subject::new(&sampler, &extras), Settings::default());
+        let expectation = told::expectation(&line, [told::integral(0.25, f64::INFINITY); 4], vec![]);
+        let tally = Tally { samples: 100, per_leaf: vec![25; 4], ..Tally::default() };
+        let case = Case { probe: &probe, expectation: &expectation, tally: &tally, settings: &settings };
+        let [finding] = &findings(&case)[..] else { panic!("not one finding") };
+        assert_eq!(finding.evidence, Evidence::Certain(Verdict::Inconclusive));
+        assert_eq!(finding.detail, "the density has no finite integral to expect counts from");
+    }
+
+    /// Scales of which every cell expects eight samples have something to say, each other none yet.
+    #[test]
+    fn looks_at_few_samples() {
+        let line = Interval::new(0.0, 1.0);
+        let scale = |of_leaf: [usize; 4]| Groups {
+            of_leaf: of_leaf.map(Some).into(),
+            cells: vec![Cell::whole(&line); of_leaf[3] + 1],
+        };
+        let scales = vec![scale([0, 0, 1, 1]), scale([0, 1, 2, 3])];
+        let expectation =
+            Expectation { scales, ..told::expectation(&line, [told::integral(0.25, 0.0); 4], vec![]) };
+        let p = |per_leaf: [u64; 4]| {
+            let samples = per_leaf.iter().sum();
+            p_of_counts(&expectation, &Tally { samples, per_leaf: per_leaf.into(), ..Tally::default() })
+        };
+        assert_eq!(p([3, 4, 4, 4]), None);
+        // Halves expect eight of 16 and 15.5 of 31, quarters 7.75 of 31 and eight of 32.
+        let tail = |statistic: f64, df: f64| chi_square::sf(statistic, df).unwrap();
+        for (counts, expected) in [
+            ([1, 3, 6, 6], tail(4.0, 1.0)),
+            ([4, 4, 11, 12], tail(2.0 * 7.5 * 7.5 / 15.5, 1.0)),
+            ([4, 4, 12, 12], 2.0 * tail(8.0, 1.0)),
+            ([2, 14, 8, 8], 2.0 * tail(9.0, 3.0)),
+        ] {
+            let found = p(counts).unwrap();
+            assert!((found - expected).abs() < 1e-6 * expected, "{counts:?}: {found}, not {expected}");
+        }
     }
 
     #[test]

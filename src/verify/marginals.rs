@@ -139,6 +139,19 @@ mod tests {
             let (p, conservative) = finding.evidence.p_values().unwrap();
             assert!((p - figure.p).abs() < 1e-9 && conservative == 1.0, "{finding:?}");
             assert_eq!(finding.detail, format!("D = 1.50e-1, {} groups", counts.len()));
+            // The root of ln (2e5) / 200, 1.2 / 10 and the error.
+            assert_eq!(finding.sees, "96.70% of the samples on the wrong side of a line");
         }
+        // An integral that is off by 5e-6, which nobody minds, is no reason not to look.
+        let lines = vec![(0, vec![0.25, 0.5], vec![told::integral(0.25, 0.0), told::integral(0.5, 0.0)])];
+        let rounded = told::expectation(&Square, [told::integral(0.25 + 1.25e-6, 0.0); 4], lines);
+        let findings = Marginals.run(&Case { expectation: &rounded, ..case });
+        for part in ["Rosenblatt, KS", "axis 0, KS"] {
+            let finding = findings.iter().find(|finding| finding.part == part).unwrap();
+            assert!(finding.detail.starts_with("D = 1.50e-1, "), "{finding:?}");
+        }
+        // Of masses that may be anything there is no distribution.
+        let unknown = told::expectation(&Square, [told::integral(0.25, f64::INFINITY); 4], vec![]);
+        assert!(Marginals.run(&Case { expectation: &unknown, ..case }).is_empty());
     }
 }

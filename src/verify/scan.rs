@@ -147,6 +147,50 @@ fn middle(space: &dyn Space, cell: &Cell) -> [f64; 3] {
 mod tests {
     use super::*;
     use crate::domain::{Discrete, Domain, Sphere};
+    use crate::sampler::from_fn;
+    use crate::verify::expectation::Expectation;
+    use crate::verify::probe::{Extras, Subject};
+    use crate::verify::settings::Settings;
+    use crate::verify::tally::Tally;
+
+    /// The error of a window is that of all its cells, and one that nobody knows leaves nothing to look for.
+    #[test]
+    fn errors_of_windows() {
+        let sampler = from_fn(Discrete::new(32), |u: f64| (32.0 * u) as usize, |_: usize| 1.0 / 32.0);
+        let extras = Extras::default();
+        let (probe, settings) = (Subject::new(&sampler, &extras), Settings::default());
+        let mut expectation = Expectation::new(&probe, 1, 2240);
+        expectation.leaves.iter_mut().for_each(|leaf| leaf.error = 0.001);
+        let per_leaf = (0..32).map(|i| if i < 8 { 91 } else { 63 }).collect();
+        let tally = Tally { samples: 2240, per_leaf, ..Tally::default() };
+        let of = |expectation: &Expectation| {
+            Scan.run(&Case { probe: &probe, expectation, tally: &tally, settings: &settings }).pop()
+        };
+        // Eight of 2.24 samples each.
+        let finding = of(&expectation).unwrap();
+        let counts = "728 samples where 560.000 +- 1.8e1 were expected (exact binomial) in 1/4 of the mass";
+        assert!(finding.detail.starts_with(counts), "{}", finding.detail);
+        let (p, conservative) = finding.evidence.p_values().unwrap();
+        let tail = |mass: f64| 32.0 * 7.0 * crate::statistics::binomial::two_sided(728, 2240, mass).unwrap();
+        assert!((p / tail(0.25) - 1.0).abs() < 1e-6 && (conservative / tail(0.258) - 1.0).abs() < 1e-6);
+        expectation.total.error = f64::INFINITY;
+        assert!(of(&expectation).is_none());
+    }
+
+    /// The critical value and 2.33 more, in standard deviations of the count of the window that sees most.
+    #[test]
+    fn errors_that_windows_see() {
+        let needed = normal::isf(0.0005).unwrap() + 2.33;
+        // Of 80% of the mass a window of a quarter lies inside; of 60% one of an eighth does, and of a quarter its own size sees more than a third of it.
+        for (mass, window, inside) in [(0.8_f64, 0.25_f64, 1.0), (0.6, 0.125, 1.0), (0.25, 0.25, 0.85)] {
+            let contrast = (inside - mass) / (1.0 - mass);
+            let expected = needed * ((1.0 - window) / (1e6 * window)).sqrt() / contrast;
+            let found = detectable(mass, 1e6, 1e-3);
+            assert!((found / expected - 1.0).abs() < 1e-12, "{mass}: {found}, not {expected}");
+        }
+        // Of a thousand samples a 16th is the smallest window to expect fifty, and of 3% of the mass none is small enough.
+        assert_eq!(detectable(0.03, 1e3, 1e-3), f64::INFINITY);
+    }
 
     #[test]
     fn middles_of_cells() {

@@ -171,6 +171,11 @@ fn light_entries_are_pooled() {
         binomial::two_sided(0, 1400, 0.004).unwrap(),
         1e-9,
     );
+    assert_eq!(
+        (empty.elsewhere[1].place.as_str(), empty.elsewhere[1].observed),
+        ("the pool of light cells", 0)
+    );
+    near(empty.elsewhere[1].expected, 5.6, 1e-9);
     let massless = entries(&[0.5, 0.5, 0.0], &[700, 693, 7]);
     let pool = found(&massless, "chi-square", "pool of light cells");
     assert_eq!((pool.detail.split(" samples").next(), p_of(pool).0), (Some("7"), 0.0));
@@ -187,6 +192,40 @@ fn light_entries_are_pooled() {
     assert_eq!(examination.scales, [2]);
     let cells: Vec<_> = examination.history.iter().map(|l| l.p).collect();
     near(cells[0], chi_square::sf(pearson(&[694, 694, 12], &[694.4, 694.4, 11.2]), 2.0).unwrap(), 1e-6);
+}
+
+/// A count that is less likely by itself, 29 of 14, is not as unlikely for its share of the level as 624 of 686.
+#[test]
+fn the_least_likely_cell_is_that_for_its_weight() {
+    let examination = entries(&[0.49, 0.01, 0.25, 0.25], &[624, 29, 374, 373]);
+    let least = found(&examination, "chi-square", "least likely cell");
+    assert!(least.detail.contains(", at index 0; the worst of 6 cells"), "{}", least.detail);
+    let alone = |count: u64, mass: f64| binomial::two_sided(count, 1400, mass).unwrap();
+    let weighted = |count: u64, mass: f64| alone(count, mass) / (0.9 * mass / 2.0 + 0.1 / 6.0);
+    near(p_of(least).0, weighted(624, 0.49), 1e-9);
+    assert!(alone(624, 0.49) > alone(29, 0.01) && weighted(624, 0.49) < weighted(29, 0.01));
+}
+
+/// Of 32 entries eight make a quarter, and windows hold as many and no more; those that expect fewer than fifty samples don't count.
+#[test]
+fn windows_of_entries() {
+    let scanned = |counts: Vec<u64>| found(&entries(&[1.0 / 32.0; 32], &counts), "scan", "").clone();
+    let crowd = scanned((0..32).map(|i| if i < 8 { 91 } else { 63 }).collect());
+    assert!(
+        crowd.detail.starts_with("728 samples where 560.000 +-")
+            && crowd.detail.contains(" in 1/4 of the mass"),
+        "{}",
+        crowd.detail
+    );
+    near(p_of(&crowd).0, binomial::two_sided(728, 2240, 0.25).unwrap() * 32.0 * 7.0, 1e-6);
+    // Alone the first entry expects 43.75.
+    let pair = scanned((0..32).map(|i| [100, 42, 41][usize::from(i > 0) + usize::from(i > 29)]).collect());
+    assert!(
+        pair.detail.starts_with("142 samples where 87.500 +-")
+            && pair.detail.contains(" in 1/16 of the mass"),
+        "{}",
+        pair.detail
+    );
 }
 
 #[test]
@@ -341,6 +380,30 @@ fn a_distribution_of_eight_cells() {
     let figure = kolmogorov::grouped(&cells, &masses, 1e-6).unwrap();
     assert_eq!(ks.detail, format!("D = {:.2e}, 9 groups", figure.statistic));
     found(&examination, "distribution", "Rosenblatt, AD");
+}
+
+/// Two cells have a border at which there is something to compare, one has none.
+#[test]
+fn a_distribution_of_two_cells() {
+    let points = |count: u32| (0..count).map(|i| f64::from(i) / f64::from(count)).collect::<Vec<_>>();
+    // Even points, half of them below the middle, where 3/8 should be.
+    let two = found(&on_a_line(&points(112)), "distribution", "Rosenblatt, KS").clone();
+    assert_eq!(two.detail, "D = 1.25e-1, 3 groups");
+    near(p_of(&two).0, kolmogorov::grouped(&[56, 56, 0], &[0.375, 0.625, 0.0], 1e-6).unwrap().p, 1e-6);
+    let one = on_a_line(&points(56));
+    assert!(one.findings.iter().all(|f| f.check != "distribution"), "{:?}", one.findings);
+}
+
+/// Points outside of the domain and samples that are all rejected are failures of their own, and no distribution of anything.
+#[test]
+fn no_distribution_of_points_outside() {
+    let judged = |sample: fn(f64) -> Option<f64>| {
+        let drawn = move |xi: &[f64]| sample(xi[0]).map(|point| Sample { point, density: 1.0 });
+        let told = Told::new(Interval::new(0.0, 1.0), drawn, |_| 1.0);
+        warpcheck::verify(&told).samples(2000).undiagnosed().examine().findings
+    };
+    let has = |sample: fn(f64) -> Option<f64>| judged(sample).iter().any(|f| f.check == "distribution");
+    assert!(has(Some) && !has(|u| Some(if u < 0.01 { 2.0 } else { u })) && !has(|_| None));
 }
 
 /// Before anybody fails, masses are integrated again by random points: by 256 of them in each cell, and by 4096 unless that is enough.
@@ -561,6 +624,28 @@ fn means_of_inverse_densities() {
     let said =
         format!("the weights of all {of} cells have tails too heavy for 7168 samples (it takes about ");
     assert!(finding.detail.starts_with(&said), "{}", finding.detail);
+}
+
+/// Where the density is 0 here and there a sliver of its support may be missed: N pilots all miss a place of more than 8 / N with probability e^-8.
+#[test]
+fn slivers_that_no_pilot_met() {
+    let integral = |end: f64| {
+        let numbers: Vec<f64> = shuffled((0..8000).map(|i| end * (f64::from(i) + 0.5) / 8000.0).collect());
+        let row = |n: &[f64]| Row { point: Some(n[0]), density: None, weight: None };
+        let knots = warpcheck::domain::Knots { axes: [vec![0.75], vec![]] };
+        recording(Interval::new(0.0, 1.0), Given::new(1, numbers), row)
+            .unwrap()
+            .knots(knots)
+            .density(move |&x| if x < end { 1.0 / end } else { 0.0 })
+            .examine(&Settings { diagnose: false, ..Settings::default() })
+            .unwrap()
+            .integral
+    };
+    // A thousand are pilots.
+    let (value, error) = integral(0.75);
+    near(value, 1.0, 1e-9);
+    near(error, 8.0 / 1000.0, 1e-6);
+    assert!(integral(1.0).1 < 1e-9);
 }
 
 /// Of a thousand more samples than a look takes, and so on: each time that there are twice as many.
