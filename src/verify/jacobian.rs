@@ -695,8 +695,7 @@ mod tests {
         let starts: Vec<f64> = (0..200).map(|i| 0.31 + 0.0001 * f64::from(i)).collect();
         let calls = |is_slow: bool| others(is_slow, 2, starts.clone()).1;
         let of_one = others(false, 2, starts[..1].to_vec()).1;
-        assert!((64 * 3..=64 * 3 * of_one).contains(&calls(false)), "{} {of_one}", calls(false));
-        assert!((10 * 3..64 * 3).contains(&calls(true)), "{} {of_one}", calls(true));
+        assert_eq!((calls(false), calls(true)), (64 * of_one, 10 * of_one));
     }
 
     /// Where there may be others that can't be reached, what fits is right, and what doesn't says nothing.
@@ -712,6 +711,28 @@ mod tests {
         };
         let Answer::Product { value, .. } = answer(1.0) else { panic!("no answer") };
         near(value, 1.0, 1e-6);
+        assert!(matches!(answer(1.1), Answer::Unsettled) && matches!(answer(0.9), Answer::Unsettled));
+    }
+
+    /// Near 100 an `f32` point is rounded by 2e-5, which is 1/1600 of a step of 1/32 and more of shorter ones: as much is no error of the density.
+    #[test]
+    fn roundings_of_points_are_forgiven() {
+        let answer = |density: f64| {
+            let (far, extras) = (Interval::new(100.0, 101.0), Extras::default());
+            let sampler =
+                from_fn(far, |u: f64| 100.0 + if u < 0.5 { u } else { 0.25 }, move |_: f64| density);
+            let probe = Subject::new(&sampler, &extras);
+            let (value, error) = determinant(&probe, &[0.1], 0).unwrap();
+            assert!((value - 1.0).abs() < 1e-9 && (1.0 / 1600.0..0.01).contains(&error), "{value} {error}");
+            let expectation = told::expectation(&far, [Integral::default(); 4], vec![]);
+            let mut bank = Some(Bank { in_leaf: HashMap::from([(0, vec![vec![0.8]])]), asked: 0 });
+            let location = Location { patch: 0, at: [0.1, 0.0] };
+            identity(&probe, &expectation, &[0.1], &location, density, &mut bank)
+        };
+        for density in [1.0, 1.002, 0.998] {
+            let Answer::Product { value, .. } = answer(density) else { panic!("no answer") };
+            near(value, density, 1e-6);
+        }
         assert!(matches!(answer(1.1), Answer::Unsettled) && matches!(answer(0.9), Answer::Unsettled));
     }
 

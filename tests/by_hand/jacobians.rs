@@ -1,7 +1,8 @@
 //! density x |det| = 1, place by place: how many places are asked, and what is said of them.
 
 use super::*;
-use warpcheck::domain::{Interval, Mixed, WithAtoms};
+use glam::DVec2;
+use warpcheck::domain::{Discrete, Interval, Mixed, Square, WithAtoms};
 use warpcheck::random::fill_unit;
 use warpcheck::verify::Verdict;
 
@@ -120,6 +121,40 @@ fn places_that_are_not_asked() {
     let finding = judged(dark);
     let (all, skipped) = answered(&finding);
     assert!(all + skipped == there(0.25) && skipped < 8, "{}", finding.detail);
+}
+
+/// Entries have no derivatives, nor have points of a plane by one variate.
+#[test]
+fn who_has_no_jacobian() {
+    let nothing = |examination: Examination| {
+        assert!(examination.findings.is_empty(), "{:?}", examination.findings);
+    };
+    let entries = Told::new(
+        Discrete::new(4),
+        |xi: &[f64]| Some(Sample { point: (4.0 * xi[0]) as usize, density: 0.25 }),
+        |_| 0.25,
+    );
+    nothing(alone(warpcheck::verify(&entries).samples(1000), "jacobian"));
+    let curve = Told::new(
+        Square,
+        |xi: &[f64]| Some(Sample { point: DVec2::new(xi[0], (64.0 * xi[0]).fract()), density: 1.0 }),
+        |_| 1.0,
+    );
+    nothing(alone(warpcheck::verify(&curve).samples(1000), "jacobian"));
+}
+
+/// Two variates lead to each point, and the density is the sum of what either gives it: 1/2 and 1/2, or 1/4 and 3/4.
+#[test]
+fn two_variates_for_each_point() {
+    let folded = |fold: f64, density: f64| {
+        let point = move |u: f64| if u < fold { u / fold } else { (1.0 - u) / (1.0 - fold) };
+        let sample = move |xi: &[f64]| Some(Sample { point: point(xi[0]), density });
+        judged(Told::new(Interval::new(0.0, 1.0), sample, move |_| density))
+    };
+    for fold in [0.5, 0.25] {
+        is_certain(&folded(fold, 1.0), Verdict::Pass);
+        is_certain(&folded(fold, 2.0), Verdict::Fail);
+    }
 }
 
 /// Where all variates lead to one point there is no slope.
