@@ -1132,6 +1132,22 @@ mod tests {
         }
     }
 
+    /// What errors of all masses may add to a statistic of chi-square is small against its spread, however many samples there are.
+    #[test]
+    fn masses_are_as_good_as_samples_are_many() {
+        let rows: Vec<[f64; 1]> = (0..512).map(|i| [f64::from(i * 37 % 512) / 512.0]).collect();
+        let row = |n: &[f64]| Row { point: Some(n[0]), density: None, weight: None };
+        let record = recording(Interval::new(0.0, 1.0), Given(rows.into_iter()), row).unwrap();
+        // Jumps that nobody named, in some of the leaves.
+        let record = record.density(|x| if (3.7 * x).fract() < 0.5 { 0.5 } else { 1.5 });
+        for samples in [1_000_000, 10_000_000_000] {
+            let masses = Expectation::new(&record, 1, samples).leaves;
+            let slack = masses.iter().map(|leaf| samples as f64 * leaf.error.powi(2) / leaf.value);
+            let slack: f64 = slack.sum();
+            assert!(slack > 0.0 && slack <= 0.25, "{samples}: {slack}");
+        }
+    }
+
     /// Beyond a million samples one in 64 of them is a pilot, and of 8 pilots a leaf is made.
     #[test]
     fn more_samples_have_more_pilots() {

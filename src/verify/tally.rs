@@ -716,12 +716,12 @@ mod tests {
             });
             (tally.samples, tally.per_leaf.iter().sum::<u64>(), looks)
         };
-        let (some, many) = (9 * SHARD + 5, 72 * SHARD);
+        let (some, many) = (9 * SHARD + 5, 80 * SHARD);
         let ages = Some(Duration::from_secs(1 << 20));
         assert_eq!(drawn(some, ages), (some, some, 10));
         assert_eq!(drawn(some, None), (some, some, 10));
-        assert_eq!(drawn(many, None), (many, many, 64 + 1));
-        assert_eq!(drawn(many, ages), (many, many, 72));
+        assert_eq!(drawn(many, None), (many, many, 64 + 2));
+        assert_eq!(drawn(many, ages), (many, many, 80));
     }
 
     #[test]
@@ -740,8 +740,12 @@ mod tests {
     #[test]
     fn samples_fill_squares() {
         let mut rng = stream(4, "filled", 0);
-        // Densities of one magnitude, but for some that are judged, whose weights are cut.
-        let density = |i: usize| if i >= 500 && i.is_multiple_of(50) { 0.01 } else { [0.5, 1.0, 1.5][i % 3] };
+        // Densities of one magnitude, but for some that are judged, whose weights are cut; a few are 0.
+        let density = |i: usize| match i % 50 {
+            0 if i >= 500 => 0.01,
+            25 if i >= 500 && i.is_multiple_of(7) => 0.0,
+            _ => [0.5, 1.0, 1.5][i % 3],
+        };
         let rows: Vec<[f64; 4]> = (0..4000).map(|i| [unit_f64(&mut rng), density(i), 0.0, 0.0]).collect();
         let row = |n: &[f64]| Row { point: Some(n[0]), density: Some(n[1]), weight: None };
         let record = recording(Interval::new(0.0, 1.0), Given(rows.clone().into_iter()), row).unwrap();
@@ -750,7 +754,7 @@ mod tests {
         let tally = draw(&record, &expectation, &settings, &mut |_| false);
         assert_eq!((tally.samples, tally.weighed), (3500, 3500));
         let mut expected = vec![Filled::default(); expectation.resolved.len()];
-        let mut cut = 0;
+        let (mut cut, mut weighed, mut nowhere) = (0, (0, 0.0), 0);
         for [x, density, ..] in &rows[500..] {
             let at = [*x, 0.0];
             let leaf = expectation.partition.leaf_of(&Location { patch: 0, at });
@@ -760,9 +764,18 @@ mod tests {
                 cut += usize::from(weight == 4.0);
                 expected[leaf].sums[square] += weight;
                 expected[leaf].squared += weight * weight;
+                // Their sum is that of all who have a density, and is not cut.
+                if *density > 0.0 {
+                    weighed = (weighed.0 + 1, weighed.1 + part.scale / density);
+                }
+            } else {
+                nowhere += 1;
             }
         }
-        assert!(expected.len() > 30 && cut > 30);
+        assert!(expected.len() > 30 && cut > 30 && nowhere > 30);
+        let count: u64 = tally.inverse.iter().map(|sums| sums.count).sum();
+        let sum: f64 = tally.inverse.iter().map(|sums| sums.powers[0]).sum();
+        assert!(count == weighed.0 && (sum - weighed.1).abs() < 1e-9 * sum, "{count} {sum}, not {weighed:?}");
         for (found, expected) in tally.filled.iter().zip(&expected) {
             let pairs = found.sums.iter().zip(&expected.sums).chain([(&found.squared, &expected.squared)]);
             pairs.for_each(|(a, b)| assert!((a - b).abs() < 1e-9, "{found:?}, not {expected:?}"));

@@ -2,6 +2,7 @@
 
 use super::*;
 use std::sync::Mutex;
+use std::time::Duration;
 use warpcheck::domain::{Discrete, Interval, Location};
 use warpcheck::statistics::Moments;
 use warpcheck::verify::{Against, Row, Settings, Verdict, recording};
@@ -83,6 +84,39 @@ fn how_rows_are_read() {
         recording(line(), Given::new(1, vec![]), point).err().unwrap().to_string(),
         "there are no samples: not a single row"
     );
+}
+
+/// No more is read than is judged, however many there are: who writes to the pipe may be waiting for an answer.
+#[test]
+fn rows_that_are_not_judged_are_not_read() {
+    let asked = Mutex::new(Vec::new());
+    let rows = Asked {
+        rows: Given { counted: false, ..Given::new(1, uniform(300_000)) },
+        asked: &asked,
+        fails_at: usize::MAX,
+    };
+    let settings = Settings { samples: 200_000, diagnose: false, ..Settings::default() };
+    let examination = recording(line(), rows, point).unwrap().density(|_| 1.0).examine(&settings).unwrap();
+    let read: usize = asked.into_inner().unwrap().iter().map(|a| a.1).sum();
+    assert_eq!((examination.samples, read), (200_000, 200_000 + 16_384));
+}
+
+/// A pipe whose end nobody knew is judged by as many cells as if its rows had been counted before, and ends where it ends if there is a time to keep too.
+#[test]
+fn pipes_that_end_early() {
+    let points = uniform(190_000);
+    let judged = |counted: bool, time: Option<Duration>| {
+        let rows = Given { counted, ..Given::new(1, points.clone()) };
+        let settings = Settings { time, diagnose: false, ..Settings::default() };
+        recording(line(), rows, point).unwrap().density(|_| 1.0).examine(&settings).unwrap()
+    };
+    let hour = Some(Duration::from_secs(3600));
+    let (known, piped, timed) = (judged(true, None), judged(false, None), judged(false, hour));
+    for examination in [&known, &piped, &timed] {
+        assert_eq!(examination.samples, 190_000 - 16_384);
+        assert_eq!(examination.scales, known.scales);
+        assert!(examination.cells.iter().all(|cell| cell.expected >= 8.0));
+    }
 }
 
 #[test]
