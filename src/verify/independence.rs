@@ -126,3 +126,41 @@ fn uniform(check: &'static str, counts: &[u64]) -> Option<Finding> {
             .part("variate left over"),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::Interval;
+    use crate::sampler::from_fn;
+    use crate::verify::expectation::told;
+    use crate::verify::probe::{Extras, Subject};
+    use crate::verify::settings::Settings;
+    use crate::verify::tally::Tally;
+
+    /// Variates left over are judged as soon as there are any, in some of their classes or in all.
+    #[test]
+    fn variates_left_over_in_all_classes() {
+        let line = Interval::new(0.0, 1.0);
+        let (sampler, extras) = (from_fn(line, |u: f64| u, |_: f64| 1.0), Extras::default());
+        let (probe, settings) = (Subject::new(&sampler, &extras), Settings::default());
+        let expectation = told::expectation(&line, [told::integral(0.25, 0.0); 4], vec![]);
+        let found = |left_over: [u64; CLASSES]| {
+            let tally = Tally { left_over: left_over.into(), ..Tally::default() };
+            let case = Case { probe: &probe, expectation: &expectation, tally: &tally, settings: &settings };
+            Independence
+                .run(&case)
+                .into_iter()
+                .map(|finding| (finding.part, finding.detail))
+                .collect::<Vec<_>>()
+        };
+        let said = |x2: &str| {
+            let detail = format!("X^2 = {x2} at 15 degrees of freedom: is the variate left over uniform?");
+            vec![("variate left over".to_owned(), detail)]
+        };
+        let mut most = [10; CLASSES];
+        assert_eq!(found(most), said("0.0"));
+        (most[3], most[7]) = (0, 20);
+        assert_eq!(found(most), said("20.0"));
+        assert_eq!(found([0; CLASSES]), vec![]);
+    }
+}

@@ -448,20 +448,46 @@ fn light_classes_are_left_out() {
     // About 20 of entry 2 and 100 of entry 0: too light for themselves and each other, but not for the 4,880 of entry 1.
     let mut pairs = vec![0_u64; 16];
     xi.windows(2).for_each(|w| pairs[class(w[0]) * 4 + class(w[1])] += 1);
-    let n = |counts: &[u64]| counts.iter().sum::<u64>() as f64;
-    loop {
-        let row = |r: usize| pairs[4 * r..4 * r + 4].iter().sum::<u64>();
-        let column = |c: usize| (0..4).map(|r| pairs[4 * r + c]).sum::<u64>();
-        let (r, a) = (0..4).map(|r| (r, row(r))).filter(|r| r.1 > 0).min_by_key(|r| r.1).unwrap();
-        let (c, b) = (0..4).map(|c| (c, column(c))).filter(|c| c.1 > 0).min_by_key(|c| c.1).unwrap();
-        if (a * b) as f64 >= 2.0 * n(&pairs) {
-            break;
-        }
-        (0..4).for_each(|i| pairs[if a <= b { 4 * r + i } else { 4 * i + c }] = 0);
-    }
-    let figure = chi_square::independence(&pairs, 4).unwrap();
+    let figure = without_light_classes(pairs, 4);
     assert!(figure.df < 9.0);
     let finding = found(&examination, "independence", "consecutive samples");
+    assert_eq!(finding.detail, format!("X^2 = {:.1} at {} degrees of freedom", figure.statistic, figure.df));
+}
+
+/// The lightest row or column is left out until every cell expects two.
+fn without_light_classes(mut pairs: Vec<u64>, classes: usize) -> chi_square::Figure {
+    loop {
+        let row = |r: usize| pairs[classes * r..][..classes].iter().sum::<u64>();
+        let column = |c: usize| (0..classes).map(|r| pairs[classes * r + c]).sum::<u64>();
+        let (r, a) = (0..classes).map(|r| (r, row(r))).filter(|r| r.1 > 0).min_by_key(|r| r.1).unwrap();
+        let (c, b) = (0..classes).map(|c| (c, column(c))).filter(|c| c.1 > 0).min_by_key(|c| c.1).unwrap();
+        if a * b >= 2 * pairs.iter().sum::<u64>() {
+            return chi_square::independence(&pairs, classes).unwrap();
+        }
+        (0..classes).for_each(|i| pairs[if a <= b { classes * r + i } else { classes * i + c }] = 0);
+    }
+}
+
+/// Entries that are too light for a cell are of the class of all that has none.
+#[test]
+fn light_entries_of_two_streams() {
+    // Of 10,000 samples entry 1 expects five, between two that no cell has room for beside it.
+    let (borders, masses) = ([0.4995, 0.5, 1.0], [0.4995, 0.0005, 0.5]);
+    let entry = |xi: f64| borders.iter().position(|&b| xi < b).unwrap();
+    let class = |xi: f64| [0, 2, 1][entry(xi)];
+    let sample = |xi: &[f64]| Some(Sample { point: entry(xi[0]), density: masses[entry(xi[0])] });
+    let told = Told::new(Discrete::new(3), sample, |&i| masses[i]);
+    let examination = alone(warpcheck::verify(&told).samples(10_000), "independence");
+    let streams = [0, 1].map(|number| {
+        let mut xi = vec![0.0; 1 << 14];
+        fill_unit(&mut stream(1, "two streams", number), &mut xi);
+        xi
+    });
+    let mut pairs = vec![0_u64; 9];
+    streams[0].iter().zip(&streams[1]).for_each(|(&a, &b)| pairs[class(a) * 3 + class(b)] += 1);
+    assert!((1..100).contains(&pairs[6..].iter().sum::<u64>()));
+    let figure = without_light_classes(pairs, 3);
+    let finding = found(&examination, "independence", "two streams");
     assert_eq!(finding.detail, format!("X^2 = {:.1} at {} degrees of freedom", figure.statistic, figure.df));
 }
 
@@ -555,6 +581,36 @@ fn samples_without_density_are_counted() {
     assert_eq!(said, format!("{where_it_is}the density at {first:.3} is 0 (xi = {:?})", [first]));
     let asked = counted("support", fine, |x| if is_bad(x) { 0.0 } else { 1.0 }, half).0;
     assert!(asked.starts_with(&format!("{where_it_is}asked, the density at {first:.3} is 0")), "{asked}");
+}
+
+/// The first bad sample is told with all of its variates.
+#[test]
+fn samples_are_called_by_both_variates() {
+    let outside = |xi: &[f64]| xi[0] > 0.9 && xi[1] < 0.1;
+    let sample = move |xi: &[f64]| {
+        let point = glam::DVec2::new(if outside(xi) { 1.5 } else { xi[0] }, xi[1]);
+        Some(Sample { point, density: 1.0 })
+    };
+    let told = Told { dimensions: 2, ..Told::new(warpcheck::domain::Square, sample, |_| 1.0) };
+    let examination = alone(warpcheck::verify(&told).samples(2000), "support");
+    let mut xi = vec![0.0; 4000];
+    fill_unit(&mut stream(1, "verify", 0), &mut xi);
+    let first = xi.chunks_exact(2).position(outside).unwrap();
+    assert!(first > 0);
+    let detail = &found(&examination, "support", "").detail;
+    assert!(detail.ends_with(&format!(" (xi = {:?})", &xi[2 * first..][..2])), "{detail}");
+}
+
+/// On a short line densities are large, and a factor of two is one of two.
+#[test]
+fn large_densities_that_differ_are_counted() {
+    let sample = |xi: &[f64]| Some(Sample { point: 1e-6 * xi[0], density: 2e6 });
+    let told = Told::new(Interval::new(0.0, 1e-6), sample, |_| 1e6);
+    let examination = alone(warpcheck::verify(&told).samples(1000), "agreement");
+    let finding = found(&examination, "agreement", "");
+    is_certain(finding, Verdict::Fail);
+    let counted = "the density returned differs from the density asked for 1000 of 1000 samples, at worst by a factor of 1 + 1.00e0";
+    assert!(finding.detail.starts_with(counted), "{}", finding.detail);
 }
 
 /// The densities of the point's neighbours explain what a rounding may do, twice over.
