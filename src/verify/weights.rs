@@ -522,13 +522,13 @@ fn known_integral(check: &'static str, name: &str, integral: f64, moments: &Mome
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::domain::{Discrete, Square};
+    use crate::domain::{Discrete, Knots, MeshSurface, Partition, Square, SurfacePoint};
     use crate::sampler::from_fn;
     use crate::verify::expectation::{Expectation, told};
     use crate::verify::probe::{Extras, Subject};
     use crate::verify::settings::Settings;
     use crate::verify::tally::{Filled, Tally};
-    use glam::DVec2;
+    use glam::{DVec2, DVec3};
 
     #[track_caller]
     fn near(found: f64, expected: f64) {
@@ -756,6 +756,34 @@ mod tests {
         assert!(told_of([part(1.0), None, part(3.0), part(1.5)], Default::default(), |case| [0, 1, 2, 3]
             .map(|leaf| largest_weight(case, leaf))
             == [Some(2.0), None, Some(6.0), Some(3.0)]));
+    }
+
+    /// Half more than at the places that are looked at, unless the density was 0 somewhere, or the cell is of more patches than anybody looks at.
+    #[test]
+    fn the_largest_weight_of_a_density() {
+        let largest = |probe: &dyn crate::verify::probe::Probe, expectation: &Expectation| {
+            let (tally, settings) = (Tally::default(), Settings::default());
+            let case = Case { probe, expectation, tally: &tally, settings: &settings };
+            (0..expectation.partition.leaves().len())
+                .map(|leaf| largest_weight(&case, leaf))
+                .collect::<Vec<_>>()
+        };
+        let sampler = from_fn(Square, |xi: [f64; 2]| DVec2::from(xi), |_: DVec2| 0.5);
+        let extras = Extras::default();
+        let (probe, mass) = (Subject::new(&sampler, &extras), told::integral(0.25, 0.0));
+        let crossed = crate::domain::Integral { zeros: 1, ..mass };
+        let expectation = told::expectation(&Square, [mass, crossed, mass, mass], vec![]);
+        assert_eq!(largest(&probe, &expectation), [Some(3.0), None, Some(3.0), Some(3.0)]);
+        let mesh = |patches: usize| {
+            let domain = MeshSurface::from_areas(vec![1.0; patches]);
+            let partition = Partition::from_pilots(&domain, vec![], &Knots::default(), 1);
+            let point = |_: f64| SurfacePoint { triangle: 0, barycentric: DVec3::X };
+            let sampler = from_fn(domain, point, |_: SurfacePoint| 0.5);
+            let extras = Extras::default();
+            let expectation = Expectation { partition, ..told::expectation(&Square, [mass; 4], vec![]) };
+            largest(&Subject::new(&sampler, &extras), &expectation)
+        };
+        assert_eq!((mesh(16), mesh(17)), (vec![Some(3.0)], vec![None]));
     }
 
     /// A sum of squared deviations over their variances beyond 1.1 times what is expected, 15 of each box, and ten roots of it.

@@ -99,6 +99,7 @@ fn spreads_of_importance() {
         (0.4, 0.02, 0.0),
         (0.1, 0.0004, 0.0),
         (0.5, 1.0, 0.3),
+        (0.045, 3.0, 0.45),
     ] {
         let ratio = |x: f64| if x * x < share { 1.0 + by } else { 1.0 };
         let finding = judged(&|x| 2.0 * x * ratio(x), spread);
@@ -321,6 +322,45 @@ fn weights_of_entries() {
     assert!(examination.findings.is_empty(), "{:?}", examination.findings);
 }
 
+/// A single row is a pilot, and of no samples there is no mean.
+#[test]
+fn weights_of_no_samples() {
+    let row = |n: &[f64]| Row { point: Some(n[0]), density: None, weight: None };
+    let single = recording(line(), Given::new(1, vec![0.5]), row).unwrap().density(|_| 1.0);
+    let examination = single.examine(&Settings::default()).unwrap();
+    assert_eq!(examination.samples, 0);
+    assert!(examination.findings.iter().all(|f| f.check != "weights"), "{:?}", examination.findings);
+}
+
+/// What the mean of 1 / density of a sampler says.
+fn means<'a>(
+    sample: impl Fn(f64) -> Option<f64> + Sync + 'a,
+    density: impl Fn(f64) -> f64 + Sync + Copy + 'a,
+    samples: u64,
+) -> Finding {
+    let drawn = |xi: &[f64]| sample(xi[0]).map(|point| Sample { point, density: density(point) });
+    let told = Told::new(line(), drawn, |&x| density(x));
+    found(&alone(warpcheck::verify(&told).samples(samples), "weights"), "weights", "1 / density").clone()
+}
+
+/// Half of the samples are rejected, and of those that are not all lie in cells that are asked.
+#[test]
+fn shares_are_of_what_is_not_rejected() {
+    let finding = means(|u| (u < 0.5).then_some(2.0 * u), |_| 0.5, 80_000);
+    let power = finding.power.unwrap();
+    near(power.mass, 1.0, 1e-9);
+    assert!(finding.sees.ends_with("% in any of 100% of the mass"), "{}", finding.sees);
+}
+
+/// In cells of a 16th of the mass there is always one of forty gaps, in those of a 48th not: means are judged, but of no share of the mass is more to be said.
+#[test]
+fn cells_that_only_the_finer_scale_asks() {
+    let in_teeth = |u: f64| ((40.0 * u).floor() + 0.9 * (40.0 * u).fract()) / 40.0;
+    let density = |x: f64| if (40.0 * x).fract() < 0.9 { 1.0 / 0.9 } else { 0.0 };
+    let finding = means(|u| Some(in_teeth(u)), density, 100_000);
+    assert!(p_of(&finding).0 > 1e-3 && finding.sees.is_empty() && finding.power.is_none(), "{finding:?}");
+}
+
 /// Places at even distances, the first eighth of which, taken evenly, are pilots.
 fn even(count: usize) -> Vec<f64> {
     let at = |i: usize| (i as f64 + 0.5) / count as f64;
@@ -348,6 +388,25 @@ fn densities_with_holes() {
     // Where there are none it is a proof.
     let examination = own(&even(40_000), |_| 2.0, false);
     assert!(!is_too_low(&examination) && p_of(found(&examination, "weights", "1 / density")).0 < 1e-9);
+}
+
+/// Where most densities are rough no verdict is left, however right the others are.
+#[test]
+fn too_few_densities_are_judged() {
+    let judged = |rough_to: f64| {
+        let rough = |x: f64| if ((x * 5000.0) as usize).is_multiple_of(2) { 10.0 } else { 0.1 };
+        let examination = own(&even(40_000), |x| if x < rough_to { rough(x) } else { 1.0 }, true);
+        let doubts = examination.findings.into_iter().filter(|f| f.part == "densities judged");
+        doubts.inspect(|f| is_certain(f, Verdict::Inconclusive)).map(|f| f.detail).next()
+    };
+    assert_eq!(judged(0.4), None);
+    let few = judged(0.7).unwrap();
+    let told = few.strip_prefix("only ").and_then(|rest| {
+        rest.strip_suffix("% of the samples are in cells whose weights have tails light enough, and nothing else judges densities that come with the samples")
+    });
+    // Boxes that pilots span fill nearly all of the other 30%.
+    let share: f64 = told.unwrap_or_else(|| panic!("{few}")).parse().unwrap();
+    assert!((20.0..=30.0).contains(&share), "{few}");
 }
 
 /// Of many cells one may be low by three standard errors.
