@@ -36,7 +36,7 @@ pub struct Arguments {
     #[arg(long)]
     without_twins: bool,
     /// List the faults: what is wrong, and where it was seen
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["json", "report"])]
     list: bool,
     /// Also write everything that was found as JSON
     #[arg(long, value_name = "FILE")]

@@ -27,7 +27,7 @@ pub struct Arguments {
     #[command(flatten)]
     report: ReportArgument,
     /// List the rows, and do nothing
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["json", "report"])]
     list: bool,
 }
 

@@ -39,7 +39,7 @@ pub struct Arguments {
     #[arg(long)]
     long: bool,
     /// List the checks, and do nothing
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["json", "report"])]
     checks: bool,
     /// Folder for pictures
     #[arg(long, value_name = "DIR", default_value = DEFAULT_OUT)]
@@ -50,7 +50,7 @@ pub struct Arguments {
     #[command(flatten)]
     report: ReportArgument,
     /// List the samplers that ship, and do nothing
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["json", "report"])]
     list: bool,
     /// Exit with 0 if nothing fails, though something is inconclusive
     #[arg(long)]

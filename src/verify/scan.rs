@@ -85,7 +85,8 @@ fn scan(check: &'static str, case: &Case<'_>) -> Option<Finding> {
                 }
                 windows.next();
                 let surprise = surprise(&inside, n);
-                if inside.mass * n >= ENOUGH && best.as_ref().is_none_or(|b| surprise > b.surprise) {
+                // Of windows with the same pieces the largest, which they fill.
+                if inside.mass * n >= ENOUGH && best.as_ref().is_none_or(|b| surprise >= b.surprise) {
                     best = Some(Window { centre: about, size, count: inside, surprise });
                 }
             }
