@@ -295,7 +295,8 @@ impl<'a> Opened<'a> {
         if there == 0 {
             return Err("there are no samples: not a single row".into());
         }
-        let pilots = wanted.min((there / FEW_PILOTS_SHARE).max(1)) as usize;
+        let is_few = there < most as u64;
+        let pilots = if is_few { wanted.min((there / FEW_PILOTS_SHARE).max(1)) } else { wanted } as usize;
         let ahead = vec![Block::Numbers(head.split_off(pilots * width))];
         Ok(Self { width, pilots: head, count: known, source: Source { rows, ahead, error: None } })
     }
@@ -767,6 +768,29 @@ mod tests {
         recording.load_ahead(50);
         assert_eq!(numbers(&lock(&read.source).ahead), 100);
         assert_eq!(recording.load(120_000, 80), 80);
+    }
+
+    /// So many rows, or as if there were.
+    struct Many(u64);
+
+    impl Rows for Many {
+        fn width(&self) -> usize {
+            1
+        }
+        fn count(&self) -> Option<u64> {
+            Some(self.0)
+        }
+        fn read(&mut self, most: usize, out: &mut Vec<f64>) -> Result<usize, RowsError> {
+            out.resize(out.len() + most, 0.5);
+            Ok(most)
+        }
+    }
+
+    /// One in 64 where it is known how many there are, but 2^14 at least and 2^18 at most.
+    #[test]
+    fn how_many_rows_are_pilots() {
+        let pilots = |count: u64| Opened::new(Box::new(Many(count))).unwrap().pilots.len();
+        assert_eq!([1 << 18, 1 << 22, 1 << 30].map(pilots), [1 << 14, 1 << 16, 1 << 18]);
     }
 
     /// A column has a number of every row, whoever has none; who forgets some is told.
