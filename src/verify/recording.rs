@@ -463,8 +463,9 @@ impl<D: Domain> Probe for Recording<'_, D> {
         Box::new(self.domain.clone())
     }
 
+    /// Rows take no variates: numbers stand for them where samplers have those.
     fn dimensions(&self) -> usize {
-        1
+        0
     }
 
     fn knots(&self) -> &Knots {

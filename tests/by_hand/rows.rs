@@ -59,6 +59,8 @@ fn how_rows_are_read() {
         let examination =
             recording(line(), rows, point).unwrap().density(|_| 1.0).examine(&settings).unwrap();
         assert_eq!(examination.against, Against::Given);
+        // There are no variates that have ends.
+        assert!(examination.edges.is_empty());
         (examination.samples, asked.into_inner().unwrap())
     };
     // An eighth of few are pilots; so many are read at first that few are known to be so.
