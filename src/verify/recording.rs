@@ -760,8 +760,9 @@ mod tests {
         assert_eq!((opened.pilots.len(), opened.count), (2 << 14, None));
         let numbers = |blocks: &[Block]| blocks.iter().map(Block::len).sum::<usize>();
         assert_eq!(numbers(&opened.source.ahead), 2 * (131_072 - (1 << 14)));
-        // Nobody knows how many there are, unless told.
+        // Nobody knows how many there are, unless told, or there are so few that all have been read.
         assert_eq!(pairs(7, 7).count(), None);
+        assert_eq!(Opened::new(Box::new(pairs(80, 7))).unwrap().count, Some(80));
         let row = |numbers: &[f64]| Row { point: Some(numbers[0]), density: None, weight: None };
         let read = recording(Interval::new(0.0, 1.0), pairs(200_000, 1000), row).unwrap();
         let recording: &dyn Probe = &read;
@@ -792,6 +793,45 @@ mod tests {
     fn how_many_rows_are_pilots() {
         let pilots = |count: u64| Opened::new(Box::new(Many(count))).unwrap().pilots.len();
         assert_eq!([1 << 18, 1 << 22, 1 << 30].map(pilots), [1 << 14, 1 << 16, 1 << 18]);
+    }
+
+    /// Breaks once and has nothing more, as a pipe of a program that ends.
+    struct Breaks(bool);
+
+    impl Rows for Breaks {
+        fn width(&self) -> usize {
+            1
+        }
+        fn read(&mut self, _: usize, _: &mut Vec<f64>) -> Result<usize, RowsError> {
+            if std::mem::replace(&mut self.0, true) { Ok(0) } else { Err("row is torn".into()) }
+        }
+    }
+
+    #[test]
+    fn errors_are_not_forgotten() {
+        let mut source = Source { rows: Box::new(Breaks(false)), ahead: vec![], error: None };
+        assert!(source.block(10).is_none() && source.block(10).is_none());
+        assert_eq!(source.error.map(|why| why.to_string()).as_deref(), Some("row is torn"));
+    }
+
+    /// Where samples bring densities, one of every so many is asked for at the same point.
+    #[test]
+    fn every_so_many_rows_are_asked() {
+        let row = |n: &[f64]| Row { point: Some(n[0]), density: Some(3.0 * n[0]), weight: None };
+        // 28 behind four pilots, of which the fifth, 0.25, is left out of the domain.
+        let numbers = (0..32).map(|i| if i == 8 { 7.0 } else { f64::from(i) / 32.0 }).collect();
+        let read = recording(Interval::new(0.0, 1.0), Few(numbers), row).unwrap().density(|x| 2.0 * x);
+        let recording: &dyn Probe = &read;
+        assert_eq!(recording.load(0, 28), 28);
+        let (mut draws, mut values) = (Vec::new(), Vec::new());
+        let xi: Vec<f64> = (1..=28).map(f64::from).collect();
+        recording.draw(&xi, 4, &mut draws, &mut values);
+        for (i, draw) in draws.iter().enumerate().filter(|(i, _)| *i != 4) {
+            let x = (i + 4) as f64 / 32.0;
+            let asked = if i % 4 == 0 { 2.0 * x } else { 3.0 * x };
+            assert_eq!((draw.fate, draw.density, draw.asked), (Fate::Drawn, 3.0 * x, asked));
+        }
+        assert_eq!(draws[4].fate, Fate::Outside);
     }
 
     /// A column has a number of every row, whoever has none; who forgets some is told.

@@ -82,6 +82,9 @@ fn how_rows_are_read() {
     assert_eq!(asked[1..].iter().map(|a| a.1).sum::<usize>(), 140_000 - 131_072);
     assert_eq!(read(140_000, false, usize::MAX, u64::MAX).0, 140_000 - 16_384);
     assert_eq!(read(140_000, false, 999, 100_000).0, 100_000);
+    // No more than are judged: 130,000, of which 131,072 - 2^14 are there.
+    let (samples, asked) = read(150_000, false, usize::MAX, 130_000);
+    assert_eq!((samples, &asked[1..]), (130_000, &[(15_312, 15_312)][..]));
     assert_eq!(
         recording(line(), Given::new(1, vec![]), point).err().unwrap().to_string(),
         "there are no samples: not a single row"
