@@ -466,6 +466,55 @@ fn patches_of_a_mesh() {
     );
 }
 
+#[test]
+fn two_patches_are_chosen_alike() {
+    let chosen = diagnosed(
+        MeshSurface::from_areas(vec![1.0, 3.0]),
+        Knots::default(),
+        |_| 0.25,
+        |p| [3.0, 1.0][p.triangle],
+        6.0,
+    );
+    is(&chosen, "patches chosen alike");
+}
+
+/// Densities that a sampler or its user names are known mistakes, and so are shares of them.
+#[test]
+fn rivals_that_samples_follow() {
+    let rival = |&x: &f64| if (0.25..0.5).contains(&x) { 3.0 } else { 1.0 / 3.0 };
+    let judged = |share: f64| {
+        // Three quarters of the rival's samples are in the second quarter, and the others all over the rest.
+        let rest = |u: f64| if u < 0.25 { u } else { u + 0.25 };
+        let of_rival = move |u: f64| if u < 0.75 { 0.25 + u / 3.0 } else { rest(3.0 * (u - 0.75)) };
+        let sample = move |xi: &[f64]| {
+            let point = if xi[0] < share { of_rival(xi[1]) } else { xi[1] };
+            Some(Sample { point, density: 1.0 })
+        };
+        let sampler = Told { dimensions: 2, ..Told::new(Interval::new(0.0, 1.0), sample, |_| 1.0) };
+        let settings = Settings { samples: 8_000, ..by_chi_square() };
+        warpcheck::verify(&sampler).settings(settings).rival("the other lamp", rival).examine().diagnosis
+    };
+    let whole = is(&judged(1.0), "the other lamp");
+    assert!(whole.text.starts_with("the samples follow another density: the other lamp"), "{}", whole.text);
+    let part = is(&judged(0.4), "share of the other lamp");
+    near(number(&part, "a share of "), 40.0, 0.1);
+}
+
+/// Which cells are compared does not depend on the unit of a density.
+#[test]
+fn cells_do_not_depend_on_constants() {
+    let cells = |times: f64| {
+        // A pattern that no known mistake leaves.
+        let wave = |p: &glam::DVec2| 1.0 + (20.0 * p.x).sin() * (17.0 * p.y * (1.0 + p.x)).sin();
+        let claimed = move |p: &glam::DVec2| times * (0.5 + p.x);
+        let actual = |p: &glam::DVec2| (0.5 + p.x) * wave(p);
+        let unknown = diagnosed(Square, Knots::default(), claimed, actual, 3.0).unwrap();
+        number(&unknown, " known mistakes explains the counts in ")
+    };
+    let right = cells(1.0);
+    assert_eq!([cells(1e-3), cells(1e3)], [right; 2]);
+}
+
 /// Entries in so many copies, each after an eighth that are pilots.
 fn entries(masses: &[f64], counts: &[u64]) -> Option<Diagnosis> {
     let all: u64 = counts.iter().sum();

@@ -3,9 +3,11 @@
 use super::*;
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_1_PI;
-use warpcheck::domain::{Cell, Discrete, Hemisphere, Interval, Square, Triangle};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use warpcheck::domain::{Cell, Discrete, Hemisphere, Interval, MeshSurface, Square, SurfacePoint, Triangle};
 use warpcheck::random::{ONE_MINUS_EPSILON_F64, fill_unit};
-use warpcheck::verify::{Diagnosis, Verify};
+use warpcheck::verify::{Diagnosis, Settings, Verify};
 
 const SAMPLES: usize = 2000;
 /// So few that no counts are compared.
@@ -262,6 +264,33 @@ fn targets_without_density() {
     assert!(wrong.diagnosis.unwrap().text.contains("(33.3% of where it is; for one the target at 2 is 1"));
 }
 
+/// Shares are of the measure, however many of the cells that are looked at lie where samples do.
+#[test]
+fn targets_without_density_on_half_of_a_square() {
+    let sample = |xi: &[f64]| Some(Sample { point: DVec2::new(xi[0], 0.5 * xi[1]), density: 2.0 });
+    let density = |p: &DVec2| if p.y <= 0.5 { 2.0 } else { 0.0 };
+    let sampler = Told { dimensions: 2, ..Told::new(Square, sample, density) };
+    let diagnosis =
+        certain(warpcheck::verify(&sampler).target(|_| 1.0).samples(FEW as u64)).diagnosis.unwrap();
+    let share: f64 = diagnosis.text.split('(').nth(1).unwrap().split('%').next().unwrap().parse().unwrap();
+    assert!(diagnosis.is("target without density") && (share - 50.0).abs() < 3.0, "{diagnosis:?}");
+}
+
+/// Of a triangle without an area no point can be wanted.
+#[test]
+fn targets_on_nothing() {
+    let middle = |triangle: usize| SurfacePoint { triangle, barycentric: DVec3::splat(1.0 / 3.0) };
+    let judged = |areas: [f64; 2]| {
+        let sample = |_: &[f64]| Some(Sample { point: middle(0), density: 1.0 });
+        let density = |p: &SurfacePoint| if p.triangle == 0 { 1.0 } else { 0.0 };
+        let sampler = Told::new(MeshSurface::from_areas(areas.to_vec()), sample, density);
+        let examination = alone(warpcheck::verify(&sampler).target(|_| 1.0).samples(FEW as u64), "support");
+        found(&examination, "support", "target").evidence
+    };
+    assert_eq!(judged([1.0, 0.0]), Evidence::Certain(warpcheck::verify::Verdict::Pass));
+    assert_eq!(judged([1.0, 1.0]), Evidence::Certain(warpcheck::verify::Verdict::Fail));
+}
+
 /// Of 16,384 points, which the check of repeats draws.
 #[test]
 fn points_of_a_table() {
@@ -389,6 +418,28 @@ fn counts_that_nothing_explains() {
     assert!((20..=40).contains(&cells) && !unknown.explains, "{}", unknown.text);
 }
 
+/// Counts are looked at from a thousand samples on, and tell more than densities that disagree.
+#[test]
+fn counts_of_a_thousand_samples() {
+    // All in the lower half, of which the density returned is a tenth too large everywhere.
+    let sample = |x: &[f64]| Some(Sample { point: 0.5 * x[0], density: 1.1 });
+    let name = |samples: usize| diagnosis(&Told::new(line(), sample, |_| 1.0), samples).unwrap().name;
+    assert_eq!(name(999), "constant in the density returned");
+    assert_ne!(name(1000), "constant in the density returned");
+}
+
+/// It takes longer than what was stopped.
+#[test]
+fn who_is_stopped_gets_no_diagnosis() {
+    let judged = |stop: bool| {
+        let stop = Some(Arc::new(AtomicBool::new(stop)));
+        let settings = Settings { samples: FEW as u64, stop, ..Settings::default() };
+        let nothing = Told::new(line(), |_: &[f64]| None, |_| 1.0);
+        certain(warpcheck::verify(&nothing).settings(settings)).diagnosis.map(|d| d.name)
+    };
+    assert_eq!((judged(false).as_deref(), judged(true)), (Some("nothing is sampled"), None));
+}
+
 /// A sampler of the line that gives its first cell a negative mass.
 struct Negative;
 
@@ -416,6 +467,14 @@ impl Sampler for Negative {
 fn negative_masses_explain_nothing() {
     let diagnosis = certain(warpcheck::verify(&Negative).samples(SAMPLES as u64)).diagnosis.unwrap();
     assert!(diagnosis.is("constant in the density returned"), "{diagnosis:?}");
+    // And that its density says otherwise.
+    let examination = alone(warpcheck::verify(&Negative).samples(SAMPLES as u64), "normalisation");
+    let detail = &found(&examination, "normalisation", "").detail;
+    assert!(
+        detail.starts_with("the sampler gives x 0.000000..")
+            && detail.contains(" the mass -1e-1, its density "),
+        "{detail}"
+    );
 }
 
 #[test]

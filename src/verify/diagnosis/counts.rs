@@ -166,6 +166,12 @@ fn deviance(observed: f64, expected: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::domain::{Discrete, Knots, Location, Partition};
+    use crate::sampler::{Sampler, from_fn};
+    use crate::verify::expectation::{Expectation, told};
+    use crate::verify::probe::{Extras, Subject};
+    use crate::verify::settings::Settings;
+    use crate::verify::tally::Tally;
 
     #[track_caller]
     fn near(found: f64, expected: f64) {
@@ -236,6 +242,50 @@ mod tests {
             counts.distance(&[1.0, 0.0, 0.0], &[1.0 - 1e-7, 1e-7, 0.0]),
             1000.0 * (1e-14 / (1.0 - 0.5e-7) + 1e-14 / 1e-6),
         );
+    }
+
+    /// Of 64 entries 8 have half of the mass, which is `total`, and all were drawn alike.
+    fn of_entries(total: f64, errors: &[f64]) -> Counts {
+        let sampler = from_fn(Discrete::new(64), |u: f64| (64.0 * u) as usize, |_: usize| 1.0 / 64.0);
+        let space = sampler.domain();
+        let entries = (0..64).map(|patch| Location { patch, at: [0.0; 2] }).collect();
+        let mass = |entry: usize| total * 0.5 / if entry < 8 { 8.0 } else { 56.0 };
+        let integral = |i: usize| told::integral(mass(i), errors.get(i).map_or(0.0, |error| mass(i) * error));
+        let leaves: Vec<_> = (0..64).map(integral).collect();
+        let expectation = Expectation {
+            partition: Partition::from_pilots(&space, entries, &Knots::default(), 1),
+            total: told::integral(total, 0.0),
+            leaves,
+            ..told::expectation(&space, [told::integral(0.0, 0.0); 4], vec![])
+        };
+        let tally = Tally { samples: 1400, per_leaf: vec![20; 64], rejected: 120, ..Tally::default() };
+        let (extras, settings) = (Extras::default(), Settings::default());
+        let probe = Subject::new(&sampler, &extras);
+        Counts::new(&Case { probe: &probe, expectation: &expectation, tally: &tally, settings: &settings })
+    }
+
+    /// Cells hold a sixteenth of claim and samples together at most, whatever the claimed masses sum to.
+    #[test]
+    fn cells_of_claim_and_samples() {
+        for total in [1.0, 0.125, 8.0] {
+            let counts = of_entries(total, &[]);
+            // A heavy entry is a cell, of a 32nd and a 128th; of the others four are, of an 80th each.
+            assert_eq!(counts.of_leaf[..8], [0, 1, 2, 3, 4, 5, 6, 7]);
+            assert_eq!(counts.observed.len(), 8 + 14);
+            assert_eq!((counts.drawn, counts.all, counts.rejected), (1280.0, 1400.0, 120.0));
+        }
+    }
+
+    /// Masses that are known to less than a tenth may be so much more or less, as a share of all.
+    #[test]
+    fn masses_that_are_guesses() {
+        for total in [1.0, 0.125] {
+            let counts = of_entries(total, &[0.11, 0.09, 0.0, 3.0]);
+            near(counts.slivers[0], 0.11 / 16.0);
+            near(counts.slivers[3], 3.0 / 16.0);
+            let guesses: Vec<_> = (0..22).filter(|&cell| counts.slivers[cell] > 0.0).collect();
+            assert_eq!(guesses, [0, 3]);
+        }
     }
 
     #[test]

@@ -720,6 +720,16 @@ mod tests {
         all_near(&hole.shape, &runs(&[(24, 0.0), (15, 60.0 / 4650.0), (25, 150.0 / 4650.0)]));
     }
 
+    /// Cells on the border have five standard errors less than they should: of 100 samples 50.
+    #[test]
+    fn borders_of_holes() {
+        let parameters = |cut: f64| {
+            let observed = runs(&[(24, 0.0), (3, cut), (37, 100.0)]);
+            hole(&Counts::exact(&observed, &runs(&[(64, 1.0 / 64.0)]), 0.0)).unwrap().parameters
+        };
+        assert_eq!([49.0, 51.0, 60.0, 90.0].map(parameters), [2 + 3, 2, 2, 2]);
+    }
+
     /// Cells that expect less than 20 samples don't say how many times the density the others have, however many they are.
     #[test]
     fn holes_are_judged_by_heavy_cells() {
@@ -766,19 +776,28 @@ mod tests {
             found.text
         );
         all_near(&found.shape, &cells(vec![rest; 40], [5e-5, 1.5e-4]));
-        // The first of several are those that stand out most.
-        let mut observed = vec![250.0; 40];
-        for (cell, more) in [(5, -90.0), (12, 100.0), (20, -200.0), (30, 190.0)] {
-            observed[cell] += more;
+        // The first of several are those that stand out most, wherever they are.
+        for at in [[5, 12, 20, 30], [20, 30, 5, 12]] {
+            let mut observed = vec![250.0; 40];
+            for (cell, more) in at.into_iter().zip([-90.0, 100.0, -200.0, 190.0]) {
+                observed[cell] += more;
+            }
+            let several = moved(&Counts::exact(&observed, &[0.025; 40], 0.0)).unwrap();
+            let entries = format!("from 2 entries, first cell {}, to 2, first cell {}: ", at[2], at[3]);
+            assert!(
+                several.text.starts_with(&format!("a probability of 2.900e-2 moved {entries}")),
+                "{}",
+                several.text
+            );
+            assert_eq!(several.parameters, 2 * 4);
         }
-        let several = moved(&Counts::exact(&observed, &[0.025; 40], 0.0)).unwrap();
-        assert!(
-            several.text.starts_with(
-                "a probability of 2.900e-2 moved from 2 entries, first cell 20, to 2, first cell 30: "
-            ),
-            "{}",
-            several.text
-        );
+        // A few are a quarter at most: two of eight, which don't balance, or three of twelve.
+        let to_one = |entries: usize| {
+            let mut observed = vec![1000.0; entries];
+            (observed[2], observed[4], observed[6]) = (1800.0, 600.0, 600.0);
+            moved(&Counts::exact(&observed, &vec![1.0 / entries as f64; entries], 0.0)).is_some()
+        };
+        assert_eq!([8, 12].map(to_one), [false, true]);
         // What one has too much the other has too little, within five standard errors of both: 0.0112.
         let judged = |more: f64, less: f64| {
             let drawn = 1e4;
@@ -815,6 +834,16 @@ mod tests {
         (shape[3], shape[7]) = (0.05, 0.07);
         all_near(&found.shape, &shape);
         assert_eq!(crowd(&counts(&[(3, 500.0)])).map(|one| one.parameters), Some(2));
+        // A few are a quarter at most, of eight cells the two that are the fullest.
+        let masses = runs(&[(3, 0.01), (5, 0.97 / 5.0)]);
+        let observed = [&[200.0, 400.0, 300.0][..], &[9100.0 / 5.0; 5]].concat();
+        let two = crowd(&Counts::exact(&observed, &masses, 0.0)).unwrap();
+        assert!(
+            two.parameters == 4
+                && two.text.starts_with("7.00% of the samples crowd where the density has 2.00%"),
+            "{}",
+            two.text
+        );
         // What holds more than a twentieth of the mass is no few places.
         assert!(crowd(&counts(&[(3, 500.0), (7, 700.0), (9, 600.0)])).is_none());
         assert!(crowd(&counts(&[])).is_none());

@@ -377,7 +377,11 @@ fn unknown(tried: usize, nearest: Option<(&Fit, f64)>, counts: &Counts, gain: f6
 mod tests {
     use super::*;
     use crate::domain::{Hemisphere, Interval, Square};
-    use crate::verify::expectation::told::integral;
+    use crate::sampler::{Sampler, from_fn};
+    use crate::verify::expectation::told::{self, integral};
+    use crate::verify::probe::{Extras, Subject};
+    use crate::verify::settings::Settings;
+    use crate::verify::tally::Tally;
 
     fn hypothesis(name: &str, parameters: u32, shape: [f64; 4]) -> Hypothesis {
         let text = format!("as {name} says");
@@ -405,6 +409,28 @@ mod tests {
     #[track_caller]
     fn near(found: f64, expected: f64) {
         assert!((found - expected).abs() <= 1e-5 * expected.abs(), "{found}, not {expected}");
+    }
+
+    /// Counts in quarters of a line are compared from a thousand samples on, where all masses are known.
+    #[test]
+    fn when_counts_are_compared() {
+        let sampler = from_fn(Interval::new(0.0, 1.0), |u: f64| u, |_: f64| 1.0);
+        let (extras, settings) = (Extras::default(), Settings::default());
+        let probe = Subject::new(&sampler, &extras);
+        let explained = |per_leaf: [u64; 4], leaves: [Integral; 4]| {
+            let expectation = told::expectation(&sampler.domain(), leaves, vec![]);
+            let tally =
+                Tally { samples: per_leaf.iter().sum(), per_leaf: per_leaf.into(), ..Tally::default() };
+            let case = Case { probe: &probe, expectation: &expectation, tally: &tally, settings: &settings };
+            by_counts(&case).is_some()
+        };
+        let known = [integral(0.25, 0.0); 4];
+        let of_last = |last: u64, leaves: [Integral; 4]| explained([400, 300, 200, last], leaves);
+        assert_eq!([99, 100].map(|last| of_last(last, known)), [false, true]);
+        for (value, error) in [(0.25, f64::INFINITY), (f64::INFINITY, 0.0), (f64::NAN, 0.0), (-0.1, 0.0)] {
+            let leaves = [known[0], known[0], known[0], integral(value, error)];
+            assert!(!of_last(100, leaves), "{value} +- {error}");
+        }
     }
 
     #[test]
@@ -462,6 +488,23 @@ mod tests {
                 0.5 * (g(SKEWED, [0.25; 4]) - g(SKEWED, near_it))
             )
         );
+        // Of 64 cells 94 of 1807 above 63 are left: 5.2%, where of 1933 it would be 4.9%.
+        let halves = |a: f64, b: f64| [vec![a; 32], vec![b; 32]].concat();
+        let cells = |observed: f64, shape: f64| {
+            let counts = Counts::exact(&halves(100.0 + observed, 100.0 - observed), &[1.0 / 64.0; 64], 0.0);
+            let near = Hypothesis {
+                shape: halves((1.0 + shape) / 64.0, (1.0 - shape) / 64.0),
+                ..hypothesis("near", 0, [0.0; 4])
+            };
+            let excess = |shape: &[f64]| counts.g(shape) - 63.0;
+            let (left, all) = (excess(&near.shape), excess(&[1.0 / 64.0; 64]));
+            assert!(
+                (0.0502..0.054).contains(&(left / all)) && left / (all + 126.0) < 0.0498,
+                "{left} of {all}"
+            );
+            likeliest(integral(1.0, 0.0), &counts, &[1.0 / 64.0; 64], vec![near], None).unwrap()
+        };
+        assert!(!cells(52.7, 0.386).explains);
         let unknown = found(SKEWED, vec![hypothesis("farther", 0, farther)], None).unwrap();
         assert_eq!((unknown.name.as_str(), unknown.explains, unknown.margin), ("unknown", false, None));
         assert_eq!(unknown.others, [("farther".to_owned(), 0.0)]);

@@ -192,9 +192,9 @@ fn points(cell: &Cell, axis: usize, knots: &Knots, grading: &Knots, panels: usiz
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::domain::Interval;
+    use crate::domain::{Interval, Partition};
     use crate::sampler::{Sampler, from_fn};
-    use crate::verify::expectation::told;
+    use crate::verify::expectation::{Expectation, told};
     use crate::verify::probe::{Extras, Subject};
     use crate::verify::settings::Settings;
     use crate::verify::tally::Tally;
@@ -275,10 +275,19 @@ mod tests {
         let expectation = told::expectation(&sampler.domain(), [told::integral(0.25, 0.0); 4], vec![]);
         let (probe, tally, settings) =
             (Subject::new(&sampler, &extras), Tally::default(), Settings::default());
-        let case = Case { probe: &probe, expectation: &expectation, tally: &tally, settings: &settings };
-        let nodes = Nodes::new(&case);
+        let nodes_of = |expectation: &Expectation| {
+            Nodes::new(&Case { probe: &probe, expectation, tally: &tally, settings: &settings })
+        };
+        let nodes = nodes_of(&expectation);
         assert_eq!(nodes.of_leaf, [0..8, 8..16, 16..24, 24..32]);
         all_near(&nodes.raw, &[0.25; 4]);
+        // Of a thousand two are enough, where there is no table.
+        let pilot = |i: usize| Location { patch: 0, at: [(i as f64 + 0.5) / 4096.0, 0.0] };
+        let leaves = vec![told::integral(1.0 / 1024.0, 0.0); 1024];
+        let pilots = (0..4096).map(pilot).collect();
+        let partition = Partition::from_pilots(&sampler.domain(), pilots, &Knots::default(), 4);
+        let nodes = nodes_of(&Expectation { partition, leaves, ..expectation });
+        assert_eq!((nodes.of_leaf.len(), nodes.nodes.len()), (1024, 4 * 1024));
     }
 
     /// Two leaves of two nodes each, one of them without density; and a third that no node shows.
@@ -317,6 +326,11 @@ mod tests {
         all_near(
             &nodes.masses(&|node| if node.location.patch == 0 { 1.0 } else { 0.0 }),
             &[5.0 / 4.0, 0.0, 0.5 / 4.0],
+        );
+        // Also where it is another one at every node: what is seen has then seven tenths.
+        all_near(
+            &nodes.masses_by_index(&|i| [1.4, 4.2, 1.0, 0.0, 0.0, 0.0][i]),
+            &[5.0 * 1.4 / 2.0, 0.5, 0.5 * 1.4 / 2.0],
         );
         all_near(
             &nodes.masses_by_index(&|i| [1.0, f64::NAN, 0.0, 8.0, f64::INFINITY, -1.0][i]),
