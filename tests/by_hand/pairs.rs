@@ -2,7 +2,8 @@
 
 use super::*;
 use glam::{DVec2, DVec3};
-use warpcheck::domain::{Discrete, Interval, MeshSurface, Square, SurfacePoint};
+use std::sync::atomic::{AtomicU64, Ordering};
+use warpcheck::domain::{Discrete, Interval, Knots, MeshSurface, Square, SurfacePoint};
 use warpcheck::random::fill_unit;
 use warpcheck::sampler::from_draws;
 use warpcheck::statistics::{binomial, chi_square, kolmogorov};
@@ -157,6 +158,7 @@ fn two_that_can_not_be_compared() {
     );
     let one = compared(&[700], &[700], [0, 0]);
     assert_eq!(said(&one, "", Verdict::Pass), "there is only one entry to choose");
+    assert_eq!(one.findings.len(), 1);
     let nothing = compared(&[0, 0], &[0, 0], [100, 70]);
     assert_eq!(
         said(&nothing, "", Verdict::Inconclusive),
@@ -350,6 +352,62 @@ fn samplers_are_drawn_from_streams_of_their_own() {
     assert!(examination.scales[2] > 900 && examination.scales[2] < 2048, "{:?}", examination.scales);
     let counted = examination.cells.iter().chain(&examination.elsewhere).map(|c| c.observed).sum::<u64>();
     assert_eq!(counted, SAMPLES);
+}
+
+/// A sampler of the line whose density may jump at a third.
+struct Jumps;
+
+impl Sampler for Jumps {
+    type Domain = Interval;
+    fn domain(&self) -> Interval {
+        Interval::new(0.0, 1.0)
+    }
+    fn dimensions(&self) -> usize {
+        1
+    }
+    fn sample(&self, xi: &[f64]) -> Option<Sample<f64>> {
+        Some(Sample { point: xi[0], density: 1.0 })
+    }
+    fn density(&self, _: &f64) -> f64 {
+        1.0
+    }
+    fn knots(&self) -> Knots {
+        Knots { axes: [vec![1.0 / 3.0], vec![]] }
+    }
+}
+
+/// Where either says that its density jumps, cells are cut.
+#[test]
+fn cells_of_two_end_at_knots() {
+    let plain = from_draws(Interval::new(0.0, 1.0), |xi: f64| xi);
+    let is_cut = |examination: Examination| {
+        assert!(examination.cells.len() > 8);
+        examination.cells.iter().any(|figure| figure.cell.high[0] == 1.0 / 3.0)
+    };
+    assert!(is_cut(compare(&plain, &Jumps).samples(2000).examine()));
+    assert!(is_cut(compare(&Jumps, &plain).samples(2000).examine()));
+    assert!(!is_cut(compare(&plain, &plain).samples(2000).examine()));
+}
+
+/// One in 64 of many samples, by which cells are cut, beside those that are judged.
+#[test]
+fn pilots_of_two_samplers() {
+    const SAMPLES: u64 = 64 * 4608;
+    let asked = AtomicU64::new(0);
+    let counted = from_draws(Discrete::new(2), |xi: f64| {
+        asked.fetch_add(1, Ordering::Relaxed);
+        usize::from(xi < 0.5)
+    });
+    let plain = from_draws(Discrete::new(2), |xi: f64| usize::from(xi < 0.5));
+    compare(&counted, &plain).samples(SAMPLES).examine();
+    assert_eq!(asked.into_inner(), SAMPLES + 4608);
+}
+
+/// Of few samples too the coarse cells are compared, and those as fine as their counts allow.
+#[test]
+fn scales_of_few_samples() {
+    let examination = compared(&[14; 64], &[14; 64], [0, 0]);
+    assert_eq!(examination.scales, [16, 64]);
 }
 
 /// As files of points are compared: the first eighth are pilots, the rest is judged as it comes.

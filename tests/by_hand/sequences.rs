@@ -1,10 +1,11 @@
 //! Runs that stop as soon as they know.
 
 use super::*;
-use warpcheck::domain::Discrete;
+use std::sync::atomic::{AtomicU64, Ordering};
+use warpcheck::domain::{Discrete, Interval};
 use warpcheck::random::fill_unit;
 use warpcheck::statistics::e_process::{EProcess, ln_mean_e};
-use warpcheck::verify::{Settings, Verdict, Verify};
+use warpcheck::verify::{Row, Settings, Verdict, Verify, recording};
 
 const SHARD: usize = 1 << 14;
 
@@ -167,6 +168,43 @@ fn bets_at_several_scales() {
     let finding = found(&examination, "sequential", "3 scales");
     let Evidence::Betting { ln_e, conservative } = finding.evidence else { panic!("{finding:?}") };
     assert!((0.0..3.0).contains(&ln_e) && conservative <= ln_e);
+}
+
+/// Cells are integrated again, by few random points if somebody is plainly wrong, or else by many.
+#[test]
+fn who_is_hardly_wrong_is_doubted_longer() {
+    // So many of 7000 rows in the lower half, each half evenly; the pilots are 1000.
+    let doubted = |lower: usize| {
+        let even =
+            |count: usize, low: f64| (0..count).map(move |i| low + 0.5 * (i as f64 + 0.5) / count as f64);
+        let judged = shuffled(even(lower, 0.0).chain(even(7000 - lower, 0.5)).collect());
+        let numbers: Vec<f64> = even(500, 0.0).chain(even(500, 0.5)).chain(judged).collect();
+        let asked = AtomicU64::new(0);
+        let density = |_: &f64| {
+            asked.fetch_add(1, Ordering::Relaxed);
+            1.0
+        };
+        let row = |n: &[f64]| Row { point: Some(n[0]), density: None, weight: None };
+        let settings = Settings { anytime: true, diagnose: false, ..Settings::default() };
+        let examination = recording(Interval::new(0.0, 1.0), Given::new(1, numbers), row)
+            .unwrap()
+            .density(density)
+            .examine(&settings)
+            .unwrap();
+        let bets = examination.findings.into_iter().find(|finding| finding.check == "sequential").unwrap();
+        let Evidence::Betting { conservative, .. } = bets.evidence else { panic!("{bets:?}") };
+        (conservative, asked.into_inner())
+    };
+    let (right, plainly, hardly) = (doubted(3500), doubted(5000), doubted(3790));
+    // Suspicious is an e-value of 1000, and beyond doubt one of a billion.
+    let (suspicious, sure) = (1e3_f64.ln(), 1e9_f64.ln());
+    assert!(
+        right.0 < suspicious && plainly.0 > sure && (suspicious..sure).contains(&hardly.0),
+        "{right:?} {plainly:?} {hardly:?}"
+    );
+    // 256 points of each cell, and 4096 more.
+    let [few, many] = [plainly.1 - right.1, hardly.1 - plainly.1];
+    assert!(few > 0 && many > 8 * few, "{few} {many}");
 }
 
 /// Also where the masses were doubted, and the bets made again of all counts.

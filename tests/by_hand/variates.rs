@@ -261,6 +261,21 @@ fn inverses_of_squeezed_variates() {
     );
 }
 
+/// A variate that the point doesn't tell may come back as anything in [0, 1], up to a millionth.
+#[test]
+fn inverses_at_the_end() {
+    let with = |second: f64| {
+        let told = Told {
+            dimensions: 2,
+            invert: Some(Box::new(move |x: &f64| vec![*x, second])),
+            ..Told::new(line(), plain, |_| 1.0)
+        };
+        judge(&told).detail
+    };
+    assert!([0.0, 1.0, -0.9e-6, 1.0 + 0.9e-6].iter().all(|&x| with(x).contains("come back through")));
+    assert!([-1.1e-6, 1.0 + 1.1e-6].iter().all(|&x| with(x).contains("don't come back")));
+}
+
 /// Entries come back or don't; samples that are rejected, and points without an inverse, are not asked.
 #[test]
 fn inverses_of_entries() {
