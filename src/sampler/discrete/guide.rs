@@ -13,7 +13,7 @@
 //!
 //! The boundaries are those of [`DiscreteCdf`], and so is every answer.
 
-use super::{BATCH, Choice, DiscreteCdf, in_batches, position_of, step_at, step_of};
+use super::{BATCH, Choice, DiscreteCdf, in_batches, in_wide_batches, position_of, step_at, step_of};
 use crate::pages::Pages;
 use crate::parallel;
 use crate::sampler::Error;
@@ -21,7 +21,7 @@ use crate::sampler::Error;
 /// Boundaries counted without a branch.
 const LANES: usize = 4;
 /// Steps searched together where only the index is wanted.
-const WIDE: usize = 64;
+const WIDE: usize = 256;
 /// Cells made by one task.
 const PIECE: usize = 1 << 14;
 
@@ -112,18 +112,18 @@ impl DiscreteGuide {
         for i in 0..N {
             cells[i] = guide[(bits[i] >> (64 - self.bits)) as usize];
         }
-        let mut entries = [0; N];
-        let mut pending = 0_u64;
+        // Those that their cells don't tell are listed without a branch, each in the place that the next takes if it isn't one.
+        let (mut entries, mut untold, mut count) = ([0; N], [0_u8; N], 0);
+        const { assert!(N <= 1 << u8::BITS) };
         for i in 0..N {
             // The lower bits of the cell don't matter: those of the step are 0.
             let passed = (step_of(bits[i]) << 11) << self.bits > cells[i];
             entries[i] = (cells[i] & (more - 1)) as u32 + u32::from(passed);
-            // The last comes to be the lowest bit.
-            pending = 2 * pending + u64::from(passed & (cells[i] & more != 0));
+            untold[count] = i as u8;
+            count += usize::from(passed & (cells[i] & more != 0));
         }
-        while pending != 0 {
-            let i = N - 1 - pending.trailing_zeros() as usize % N;
-            pending &= pending - 1;
+        for &i in &untold[..count] {
+            let i = usize::from(i);
             entries[i] = self.further(entries[i] as usize, step_of(bits[i])) as u32;
         }
         entries
@@ -157,9 +157,10 @@ impl DiscreteGuide {
     /// If the slices differ in length.
     pub fn indices(&self, bits: &[u64], out: &mut [u32]) {
         assert_eq!(bits.len(), out.len(), "as many bits as indices");
-        in_batches::<WIDE, _, _>(
+        in_wide_batches::<WIDE, _, _>(
             bits,
             out,
+            |bits, out| *out = self.batch(bits),
             |bits, out| *out = self.batch(bits),
             |bits| self.batch(&[bits])[0],
         );

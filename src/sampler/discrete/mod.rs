@@ -73,6 +73,21 @@ pub(super) fn in_batches<const N: usize, A: Copy, B>(
     }
 }
 
+/// The same with WIDE at a time first, as long as there are so many.
+#[inline]
+fn in_wide_batches<const WIDE: usize, A: Copy, B>(
+    from: &[A],
+    out: &mut [B],
+    wide: impl Fn(&[A; WIDE], &mut [B; WIDE]),
+    many: impl Fn(&[A; BATCH], &mut [B; BATCH]),
+    one: impl Fn(A) -> B,
+) {
+    let whole = from.len() / WIDE * WIDE;
+    let (out_wide, out_few) = out.split_at_mut(whole);
+    in_batches(&from[..whole], out_wide, wide, &one);
+    in_batches(&from[whole..], out_few, many, one);
+}
+
 /// The step of `0..2^53` of 64 random bits.
 #[inline]
 fn step_of(bits: u64) -> u64 {

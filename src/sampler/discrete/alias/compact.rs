@@ -12,7 +12,7 @@
 use super::{AliasCells, Cells, PIECE};
 use crate::pages::Pages;
 use crate::parallel;
-use crate::sampler::discrete::{in_batches, step_of};
+use crate::sampler::discrete::{in_wide_batches, step_of};
 use std::hint::select_unpredictable;
 
 /// Bytes of cells from which on half as many are read quicker.
@@ -20,7 +20,7 @@ const MANY: usize = 1 << 20;
 /// Bytes of cells from which on a quarter as many are.
 const TOO_MANY: usize = 1 << 26;
 /// Steps searched together.
-const WIDE: usize = 64;
+const WIDE: usize = 128;
 
 /// Beside the cells of a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,12 +44,20 @@ impl Compact {
         let cells = Cells { cells: &cells.cells, mask: cells.mask };
         let one = |bits| cells.batch(&[bits])[0];
         match self {
-            Self::Halves(halves) => {
-                in_batches::<WIDE, _, _>(bits, out, |bits, out| *out = halves.batch(cells, bits), one);
-            }
-            Self::Lines(lines) => {
-                in_batches::<WIDE, _, _>(bits, out, |bits, out| *out = lines.batch(cells, bits), one);
-            }
+            Self::Halves(halves) => in_wide_batches::<WIDE, _, _>(
+                bits,
+                out,
+                |bits, out| *out = halves.batch(cells, bits),
+                |bits, out| *out = halves.batch(cells, bits),
+                one,
+            ),
+            Self::Lines(lines) => in_wide_batches::<WIDE, _, _>(
+                bits,
+                out,
+                |bits, out| *out = lines.batch(cells, bits),
+                |bits, out| *out = lines.batch(cells, bits),
+                one,
+            ),
         }
     }
 
@@ -58,16 +66,6 @@ impl Compact {
             Self::Halves(Halves { cells, .. }) => size_of_val(&**cells),
             Self::Lines(Lines { lines }) => size_of_val(&**lines),
         }
-    }
-}
-
-/// What is unsure is told by the cells; the bits of `unsure` are those of the steps.
-#[inline(always)]
-fn told<const N: usize>(cells: Cells<'_>, bits: &[u64; N], mut unsure: u64, out: &mut [u32; N]) {
-    while unsure != 0 {
-        let i = unsure.trailing_zeros() as usize % N;
-        unsure &= unsure - 1;
-        out[i] = cells.batch(&[bits[i]])[0];
     }
 }
 
@@ -101,13 +99,20 @@ impl Halves {
             (own[i], lo[i]) = ((product >> 64) as u32, (product as u64 >> 32) as u32 & !self.mask);
             packed[i] = halves[own[i] as usize];
         }
-        let mut unsure = 0;
+        // Seldom one of so many: whether there is any is told by all at once.
+        let mut unsure = false;
         for i in 0..N {
             let theta = packed[i] & !self.mask;
             out[i] = if lo[i] < theta { own[i] } else { packed[i] & self.mask };
-            unsure |= u64::from(lo[i] == theta) << i;
+            unsure |= lo[i] == theta;
         }
-        told(cells, bits, unsure, &mut out);
+        if unsure {
+            for i in 0..N {
+                if lo[i] == packed[i] & !self.mask {
+                    out[i] = cells.batch(&[bits[i]])[0];
+                }
+            }
+        }
         out
     }
 }
@@ -166,7 +171,8 @@ impl Lines {
         for i in 0..N {
             pair[i] = lines[place[i]];
         }
-        let mut unsure = 0;
+        let (mut unsure, mut count) = ([0_u8; N], 0);
+        const { assert!(N <= 1 << u8::BITS) };
         for i in 0..N {
             // A line's first cell has an even number.
             let cell = pair[i] >> (own[i] % 2 * 16);
@@ -174,9 +180,12 @@ impl Lines {
             // An address, and not a choice that nobody could foresee.
             let behind = lines[place[i] & !(LINE - 1) | usize::from(cell & NEAR != 0)];
             out[i] = select_unpredictable(lo[i] < theta, own[i], behind.wrapping_add(far));
-            unsure |= u64::from((lo[i] == theta) | (far == FAR)) << i;
+            unsure[count] = i as u8;
+            count += usize::from((lo[i] == theta) | (far == FAR));
         }
-        told(cells, bits, unsure, &mut out);
+        for &i in &unsure[..count] {
+            out[usize::from(i)] = cells.batch(&[bits[usize::from(i)]])[0];
+        }
         out
     }
 }
