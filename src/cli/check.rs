@@ -504,6 +504,9 @@ fn conclude(
         format!("warpcheck {line}{}", if piped { ", with the same samples on standard input" } else { "" })
     };
     print(&report::table(report, common::style(), replay))?;
+    if let Some(words) = stopped {
+        print(&format!("{words}\n"))?;
+    }
     let examination = &report.examinations[0];
     if let Some(folder) = arguments.out.as_deref().filter(|_| !examination.cells.is_empty()) {
         let path = folder.join(common::file_stem(&examination.name));

@@ -74,6 +74,11 @@ const LEAST_PASSES: u32 = 16;
 /// A picture that is black after so many is not waited for.
 const BLACK_PASSES: u32 = 4096;
 
+/// In words.
+fn samples_a_pixel(count: u32) -> String {
+    format!("{count} sample{} a pixel", if count == 1 { "" } else { "s" })
+}
+
 /// Whether the time or the error that was asked for is reached, or never will be.
 fn is_enough(arguments: &Arguments, progress: &Progress) -> bool {
     let timed = arguments.time.is_some_and(|seconds| progress.time.as_secs_f64() >= seconds);
@@ -193,12 +198,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                         name: if open_ended && spp == most {
                             "as many samples as --time and --error let".into()
                         } else {
-                            format!("{spp} samples a pixel")
+                            samples_a_pixel(spp)
                         },
                         note: String::new(),
                         films: Vec::new(),
                     });
-                    let caption = format!("{} samples a pixel, {seconds:.2} s", rendered.passes);
+                    let caption = format!("{}, {seconds:.2} s", samples_a_pixel(rendered.passes));
                     group.films.push((strategy.to_string(), caption, rendered.film.clone()));
                 }
                 tiles.push(Tile::new(canvas).caption(match rendered.passes < spp {

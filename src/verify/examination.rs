@@ -181,9 +181,17 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
     let integrated = start.elapsed();
     let mut history = History::new();
     let mut bets = if settings.anytime { Bets::new(&expectation) } else { None };
-    let stop_at = -settings.stopping_level().ln();
+    let (stop_at, mut is_doubted) = (-settings.stopping_level().ln(), false);
     let tally = tally::draw(probe, &expectation, settings, &mut |tally| {
-        let ln_e = bets.as_mut().map(|bets| bets.look(tally));
+        let mut ln_e = bets.as_mut().map(|bets| bets.look(tally));
+        if ln_e.is_some_and(|ln_e| ln_e >= stop_at) && !is_doubted {
+            // What will be doubted before anybody fails is doubted now: who then doesn't know any more goes on.
+            is_doubted = true;
+            let mut doubted = expectation.clone();
+            doubted.doubt(probe, settings.seed, DOUBTS[DOUBTS.len() - 1]);
+            bets = bets.as_ref().and_then(|bets| bets.again(&doubted, tally));
+            ln_e = bets.as_ref().map(Bets::ln_e);
+        }
         history.look(tally, ln_e);
         settings.anytime && (tally.offends() || ln_e.is_some_and(|ln_e| ln_e >= stop_at))
     });

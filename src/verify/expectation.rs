@@ -40,6 +40,7 @@ const LINES: usize = 20;
 const LINES_PATCHES: usize = 8;
 
 /// The cells of a sampler's domain, and what its density says of them.
+#[derive(Clone)]
 pub(super) struct Expectation {
     pub partition: Partition,
     /// Mass of each leaf, and its error.
@@ -151,6 +152,7 @@ impl Resolved {
 }
 
 /// The two coarsest scales as they were when samples were counted by them, and what else the tally has to know of each leaf.
+#[derive(Clone)]
 pub(super) struct Coarse {
     pub scales: Vec<Groups>,
     /// For each cell of both scales at once, its cell in either.
@@ -180,6 +182,7 @@ impl LeafNote {
 
 /// What follows from the square that a sample lies in, where nothing else has to be known of it: neither a leaf nor a line of a marginal cuts the square,
 /// and its density is known to be positive. Squares of which the same follows are of one kind, so that a sample is counted once and not for each of that.
+#[derive(Clone)]
 pub(super) struct Quick {
     pub squares: Squares,
     /// The kind of each square, small enough for the cache.
@@ -299,6 +302,7 @@ impl Coarse {
 }
 
 /// The marginal distribution along one axis of the chart, at some lines across it.
+#[derive(Clone)]
 pub(super) struct Marginal {
     pub axis: usize,
     pub lines: Vec<f64>,

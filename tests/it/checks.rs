@@ -336,6 +336,33 @@ fn anytime() {
     assert!(samples(&report) < 50_000);
 }
 
+/// Who stops before all is drawn knows: the integrals are doubted before, and not when nothing more can be drawn.
+#[test]
+fn anytime_stops_when_it_knows() {
+    let planted = |error: f64| {
+        from_fn(
+            Square,
+            move |[pick, u, v]: [f64; 3]| {
+                let [u, v] = [u, v].map(f64::cbrt);
+                if pick < error { DVec2::new(0.9 * u, v) } else { DVec2::new(u, v) }
+            },
+            |p: DVec2| 9.0 * (p.x * p.y).powi(2),
+        )
+    };
+    let most = 4_000_000;
+    let mut early = 0;
+    for seed in 1..=4 {
+        for error in [0.01, 0.015, 0.02] {
+            let report = verify(&planted(error)).anytime().samples(most).seed(seed).run();
+            if report.examinations[0].samples < most {
+                early += 1;
+                assert_eq!(report.verdict(), Verdict::Fail, "{error}, seed {seed}: {report}");
+            }
+        }
+    }
+    assert!(early >= 6, "{early}");
+}
+
 #[test]
 fn a_budget_in_seconds_is_kept() {
     let report = verify(&UniformSphere).samples(1_000_000_000_000).seconds(0.2).run();

@@ -203,7 +203,7 @@ fn every_command_makes_one() {
         ),
         (
             "render stamp.toml --strategy light,brdf --spp 1,4",
-            &["4 samples a pixel: standard error", "class=\"over\"", "emitter table"],
+            &["1 sample a pixel", "4 samples a pixel: standard error", "class=\"over\"", "emitter table"],
         ),
         (
             "converge stamp.toml --strategy light,brdf --spp 4 --seeds 2",
@@ -232,6 +232,8 @@ fn every_command_makes_one() {
         for words in has.iter().copied().chain(["<dt>command</dt>", "time of the whole run"]) {
             assert!(text.contains(words), "{words}");
         }
+        // One sample says nothing about its error.
+        assert!(!text.contains("1 sample a pixel: standard error"), "{words}");
     }
 }
 

@@ -51,14 +51,18 @@ impl Page {
             });
             (group.name.clone(), group.note.clone(), figures.collect())
         });
-        let errors = groups.iter().map(|group| {
-            let figures = group.films.iter().map(|(name, _, film)| {
+        let errors = groups.iter().filter_map(|group| {
+            // A single sample says nothing about its error.
+            let films = group.films.iter().filter(|(_, _, film)| film.pixels().iter().all(|p| p.count() > 1));
+            let figures = films.map(|(name, _, film)| {
                 let map = claimed_error(film);
                 let alt = format!("standard error of {scene} by {name}, {}", group.name);
                 Figure::heat(name, &map, error_heat(), "standard error / radiance", alt)
                     .caption(format!("root mean square {:.3}", root_mean_square(&map)))
             });
-            (format!("{}: standard error", group.name), String::new(), figures.collect())
+            let figures: Vec<_> = figures.collect();
+            let name = format!("{}: standard error", group.name);
+            (!figures.is_empty()).then_some((name, String::new(), figures))
         });
         self.section(
             Section::new(id("render", scene), format!("{scene}: strategies at equal samples"))
