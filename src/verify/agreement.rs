@@ -23,7 +23,7 @@ impl Check for Agreement {
     }
 
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {
-        let found = &case.tally.disagreement;
+        let found = case.tally.with_pilots().disagreement;
         vec![match &found.example {
             _ if found.asked == 0 => Finding::certain(
                 self.name(),

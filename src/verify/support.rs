@@ -38,23 +38,23 @@ impl Check for Support {
 
 /// Samples outside of the domain, without density or with an impossible one.
 fn samples(check: &'static str, case: &Case<'_>) -> Finding {
-    let tally = case.tally;
+    let all = case.tally.with_pilots();
     for (offences, what) in [
-        (&tally.outside, "are outside of the domain"),
-        (&tally.invalid, "have an impossible density"),
-        (&tally.unsupported, "are where the density is 0"),
-        (&tally.left_over_outside, "leave over a variate outside of [0, 1)"),
+        (&all.outside, "are outside of the domain"),
+        (&all.invalid, "have an impossible density"),
+        (&all.unsupported, "are where the density is 0"),
+        (&case.tally.left_over_outside, "leave over a variate outside of [0, 1)"),
     ] {
         if let Some(first) = &offences.first {
             let detail = format!(
                 "{} of {} samples {what}; the first: {} ({})",
-                offences.count, tally.samples, first.what, first.sample
+                offences.count, all.samples, first.what, first.sample
             );
             return Finding::certain(check, Verdict::Fail, detail);
         }
     }
-    let share = tally.on_border as f64 / tally.samples.max(1) as f64;
-    let (verdict, border) = match tally.on_border {
+    let share = all.on_border as f64 / all.samples.max(1) as f64;
+    let (verdict, border) = match all.on_border {
         0 => (Verdict::Pass, String::new()),
         n if share <= BORDER_SHARE => (Verdict::Pass, format!(", {n} of them a rounding beyond its border")),
         n => (
@@ -65,11 +65,11 @@ fn samples(check: &'static str, case: &Case<'_>) -> Finding {
     Finding::certain(
         check,
         verdict,
-        format!("all {} samples lie where the density is positive{border}", tally.samples - tally.rejected),
+        format!("all {} samples lie where the density is positive{border}", all.samples - all.rejected),
     )
     .sees(format!(
         "samples without density if they are {:.0e} or more of all",
-        4.6 / tally.samples.max(1) as f64
+        4.6 / all.samples.max(1) as f64
     ))
 }
 

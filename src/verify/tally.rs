@@ -4,7 +4,7 @@
 //! number of threads.
 
 use super::expectation::{Expectation, FLAT, LeafNote, MODULI, Quick, Resolved, UNKNOWN};
-use super::probe::{Draw, Fate, Probe, is_asked};
+use super::probe::{Draw, Fate, Probe, each_pilot, is_asked};
 use super::settings::{Drawn, Settings};
 use crate::random::{fill_unit, stream};
 use crate::statistics::Moments;
@@ -70,6 +70,16 @@ pub(super) struct Disagreement {
     /// Relative difference beyond what rounding of the point explains, of the worst sample.
     pub worst: f64,
     pub example: Option<Offence>,
+}
+
+impl Disagreement {
+    fn merge(&mut self, other: Self) {
+        self.asked += other.asked;
+        self.wrong += other.wrong;
+        if other.worst > self.worst {
+            (self.worst, self.example) = (other.worst, other.example);
+        }
+    }
 }
 
 /// Sums of 1 / density over the samples of one cell, or of the [scale](Resolved::scale) of its place over the density.
@@ -138,6 +148,8 @@ pub(super) struct Tally {
     /// Density 0, but a neighbour a rounding away has some.
     pub on_border: u64,
     pub disagreement: Disagreement,
+    /// What single pilots show of themselves, where they are rows like all others; they are counted in no cell.
+    pub pilots: Option<Box<Self>>,
 }
 
 impl Tally {
@@ -180,12 +192,7 @@ impl Tally {
         self.unsupported.merge(other.unsupported);
         self.invalid.merge(other.invalid);
         self.on_border += other.on_border;
-        let (mine, theirs) = (&mut self.disagreement, other.disagreement);
-        mine.asked += theirs.asked;
-        mine.wrong += theirs.wrong;
-        if theirs.worst > mine.worst {
-            (mine.worst, mine.example) = (theirs.worst, theirs.example);
-        }
+        self.disagreement.merge(other.disagreement);
     }
 
     /// The counts of cells and of rejected samples alone.
@@ -198,11 +205,40 @@ impl Tally {
         }
     }
 
+    /// What single samples show of themselves, those that are counted and pilots that are rows like them, which come first.
+    pub fn with_pilots(&self) -> Singles {
+        let mut all = Singles::default();
+        for tally in self.pilots.iter().map(Box::as_ref).chain([self]) {
+            all.samples += tally.samples;
+            all.rejected += tally.rejected;
+            all.on_border += tally.on_border;
+            all.outside.merge(tally.outside.clone());
+            all.unsupported.merge(tally.unsupported.clone());
+            all.invalid.merge(tally.invalid.clone());
+            all.disagreement.merge(tally.disagreement.clone());
+        }
+        all
+    }
+
     /// Whether something was seen that no right sampler does.
     pub fn offends(&self) -> bool {
         let offences = [&self.outside, &self.unsupported, &self.invalid, &self.left_over_outside];
-        offences.iter().any(|o| o.count > 0) || self.disagreement.wrong > 0
+        offences.iter().any(|o| o.count > 0)
+            || self.disagreement.wrong > 0
+            || self.pilots.as_ref().is_some_and(|pilots| pilots.offends())
     }
+}
+
+/// What samples show of themselves, each alone: what is certain, whatever the others are.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Singles {
+    pub samples: u64,
+    pub rejected: u64,
+    pub outside: Offences,
+    pub unsupported: Offences,
+    pub invalid: Offences,
+    pub on_border: u64,
+    pub disagreement: Disagreement,
 }
 
 /// Classes that consecutive samples are tallied in: the cells of the coarsest scale and one for the rest.
@@ -227,6 +263,7 @@ pub(super) fn draw(
 ) -> Tally {
     let start = Instant::now();
     let mut total = Tally::empty(probe, expectation);
+    total.pilots = probe.pilots().map(|pilots| Box::new(look_at_pilots(probe, expectation, pilots)));
     let shards = settings.samples.div_ceil(SHARD);
     let mut next = 0;
     let (all, shared) = if probe.pilots().is_some() { (BATCH_OF_ROWS, SHARED_ROWS) } else { (BATCH, SHARED) };
@@ -274,6 +311,20 @@ pub(super) fn draw(
             break;
         }
     }
+    total
+}
+
+/// Pilots that are rows like all others: each is looked at alone, since they must not be counted in cells that were cut by them.
+fn look_at_pilots(probe: &dyn Probe, expectation: &Expectation, pilots: usize) -> Tally {
+    let all = each_pilot(pilots, pilots);
+    let parts: Vec<&[f64]> = all.chunks(SHARD as usize).collect();
+    let looked = crate::parallel::map(parts.len(), |i| {
+        let (mut counter, mut tally) = (Counter::new(probe, expectation), Tally::default());
+        parts[i].chunks(CHUNK).for_each(|xi| counter.look_alone(xi, &mut tally));
+        tally
+    });
+    let mut total = Tally::default();
+    looked.into_iter().for_each(|tally| total.merge(tally));
     total
 }
 
@@ -460,12 +511,7 @@ impl<'a> Counter<'a> {
             let xi = &xi[i * dimensions..][..dimensions];
             match draw.fate {
                 Fate::Rejected => tally.rejected += 1,
-                Fate::Outside => {
-                    let why = || probe.look(xi).and_then(|l| l.location.err().map(|why| (l.point, why)));
-                    tally.outside.add(probe, xi, || {
-                        why().map_or_else(String::new, |(p, why)| format!("the point {p} {why}"))
-                    });
-                }
+                Fate::Outside => self.outside(xi, tally),
                 Fate::Drawn => {
                     if is_weighed(i) {
                         self.weigh(draw, (leaves[i], notes[i].cell()), tally);
@@ -487,6 +533,29 @@ impl<'a> Counter<'a> {
             tally.known.iter_mut().zip(values).for_each(|(moments, &value)| moments.add(value));
         }
         (self.draws, self.leaves, self.notes) = (draws, leaves, notes);
+    }
+
+    /// Samples one by one, by what they show of themselves.
+    fn look_alone(&mut self, xi: &[f64], tally: &mut Tally) {
+        let mut draws = std::mem::take(&mut self.draws);
+        self.probe.draw(xi, 1, &mut draws, &mut self.values);
+        tally.samples += draws.len() as u64;
+        for (draw, xi) in draws.iter().zip(xi) {
+            let xi = std::slice::from_ref(xi);
+            match draw.fate {
+                Fate::Rejected => tally.rejected += 1,
+                Fate::Outside => self.outside(xi, tally),
+                Fate::Drawn => self.judge(draw, xi, true, tally),
+            }
+        }
+        self.draws = draws;
+    }
+
+    fn outside(&self, xi: &[f64], tally: &mut Tally) {
+        let why = || self.probe.look(xi).and_then(|l| l.location.err().map(|why| (l.point, why)));
+        tally.outside.add(self.probe, xi, || {
+            why().map_or_else(String::new, |(p, why)| format!("the point {p} {why}"))
+        });
     }
 
     /// Counts pairs of consecutive samples by their classes.

@@ -15,7 +15,7 @@ use super::expectation::{LEAST, MODULI};
 use super::finding::{Evidence, Finding, Verdict};
 use super::map::{self, CellFigure};
 use super::points::{Samples, same};
-use super::probe::{Fate, Probe};
+use super::probe::{Fate, Probe, each_pilot};
 use super::report::Report;
 use super::setters::setters;
 use super::settings::{Drawn, Settings};
@@ -273,7 +273,7 @@ pub(super) fn examine_recordings(
 
 fn count_rows(recording: &dyn Probe, cells: &Partition, settings: &Settings) -> Side {
     const BATCH: u64 = 64 * SHARD;
-    let (mut total, mut first) = (Side::empty(cells), 0);
+    let (mut total, mut first) = (pilots_outside(recording, cells), 0);
     loop {
         let wanted = BATCH.min(settings.samples - first);
         let loaded = recording.load(first, wanted);
@@ -288,17 +288,7 @@ fn count_rows(recording: &dyn Probe, cells: &Partition, settings: &Settings) -> 
                 match draw.fate {
                     Fate::Drawn => counts.add(cells, &draw.location),
                     Fate::Rejected => counts.rejected += 1,
-                    Fate::Outside => {
-                        counts.outside += 1;
-                        counts.first_outside.get_or_insert_with(|| {
-                            let look = recording
-                                .look(&[*row])
-                                .and_then(|l| l.location.err().map(|why| (l.point, why)));
-                            look.map_or_else(String::new, |(point, why)| {
-                                format!("{}: {point} {why}", recording.called(&[*row]))
-                            })
-                        });
-                    }
+                    Fate::Outside => counts.add_outside(recording, *row),
                 }
             }
             counts
@@ -312,6 +302,17 @@ fn count_rows(recording: &dyn Probe, cells: &Partition, settings: &Settings) -> 
             return total;
         }
     }
+}
+
+/// Pilots that lie outside of the domain: they are rows like all others, of whom nothing is counted.
+fn pilots_outside(recording: &dyn Probe, cells: &Partition) -> Side {
+    let (pilots, mut counts) = (recording.pilots().unwrap_or(0), Side::empty(cells));
+    let (mut draws, mut values) = (Vec::new(), Vec::new());
+    let rows = each_pilot(pilots, pilots);
+    recording.draw(&rows, usize::MAX, &mut draws, &mut values);
+    let outside = draws.iter().zip(&rows).filter(|(draw, _)| draw.fate == Fate::Outside);
+    outside.for_each(|(_, row)| counts.add_outside(recording, *row));
+    counts
 }
 
 fn differing(name: String, first: &dyn Space, second: &dyn Space, against: Against) -> Examination {
@@ -368,6 +369,16 @@ impl Side {
     fn add(&mut self, partition: &Partition, location: &Location) {
         self.per_leaf[partition.leaf_of(location)] += 1;
         self.remainders.iter_mut().zip(MODULI).for_each(|(counts, m)| counts[location.patch % m] += 1);
+    }
+
+    fn add_outside(&mut self, recording: &dyn Probe, row: f64) {
+        self.outside += 1;
+        self.first_outside.get_or_insert_with(|| {
+            let look = recording.look(&[row]).and_then(|l| l.location.err().map(|why| (l.point, why)));
+            look.map_or_else(String::new, |(point, why)| {
+                format!("{}: {point} {why}", recording.called(&[row]))
+            })
+        });
     }
 
     fn merge(&mut self, other: Self) {

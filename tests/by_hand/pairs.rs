@@ -415,7 +415,8 @@ fn scales_of_few_samples() {
 fn recordings_are_compared_row_by_row() {
     let rows = |counts: &[u64], at_once: usize| {
         let all: u64 = counts.iter().sum();
-        let pilots = (0..all as usize / 7).map(|i| i % counts.len());
+        // None of them is outside, where pilots would be seen too.
+        let pilots = (0..all as usize / 7).map(|i| i % counts.len().min(4));
         let judged =
             shuffled(counts.iter().enumerate().flat_map(|(i, &n)| vec![i; n as usize]).collect::<Vec<_>>());
         Given {

@@ -320,10 +320,39 @@ fn points_outside_and_impossible_densities_fail_by_their_row() {
     let raw = ["--domain", "hemisphere", "--columns", "x,y,z,pdf:f32"];
     let mut samples = cosine(30_000);
     samples[20_000] = vec![0.6, 0.0, -0.8, 0.1];
-    expect(FAIL, "1 of 26250 samples are outside of the domain", &raw, &f32s(&samples));
+    expect(FAIL, "1 of 30000 samples are outside of the domain", &raw, &f32s(&samples));
     expect(FAIL, "(row 20000)", &raw, &f32s(&samples));
     samples[20_000] = vec![0.6, 0.0, 0.8, -0.1];
     expect(FAIL, "is -0.1", &raw, &f32s(&samples));
+}
+
+/// The first rows say where cells are cut, and are no less to be samples.
+#[test]
+fn what_is_certain_of_a_row_is_seen_in_the_first_rows_too() {
+    let raw = ["--domain", "hemisphere", "--columns", "x,y,z,pdf:f32"];
+    let good = cosine(30_000);
+    let with = |row: usize, numbers: [f64; 4]| {
+        let mut samples = good.clone();
+        samples[row] = numbers.to_vec();
+        f32s(&samples)
+    };
+    let says = |what: &str, row: usize, numbers: [f64; 4]| {
+        let (code, out, err) = check(&raw, &with(row, numbers));
+        assert!(code == FAIL && out.contains(what) && out.contains(&format!("(row {row})")), "{out}\n{err}");
+    };
+    says("1 of 30000 samples are outside of the domain", 0, [0.6, 0.0, -0.8, 0.1]);
+    says("1 of 30000 samples are outside of the domain", 777, [0.606, 0.0, 0.808, 0.25]);
+    says("1 of 30000 samples have an impossible density", 3749, [0.6, 0.0, 0.8, -1.0]);
+    says("1 of 30000 samples are where the density is 0", 777, [0.6, 0.0, 0.8, 0.0]);
+    // A table is asked of them too, and so is what samples are compared with.
+    let folder = Folder::new();
+    let table = cosine_table(&folder);
+    expect(FAIL, "(row 777)", &against(&table), &with(777, [0.6, 0.0, -0.8, 0.1]));
+    let other = folder.file("first.f32", &with(5, [0.6, 0.0, -0.8, 0.1]));
+    let outside = "1 samples of standard input lie outside of the domain; the first: row 777: ";
+    let compared = ["--domain", "hemisphere", "--columns", "x,y,z,_:f32", "--against", &other];
+    let (code, out, err) = check(&compared, &with(777, [0.6, 0.0, -0.8, 0.1]));
+    assert!(code == FAIL && out.contains(outside) && out.contains("the first: row 5: "), "{out}\n{err}");
 }
 
 #[test]
