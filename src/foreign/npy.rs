@@ -5,7 +5,7 @@ use super::columns::Number;
 use super::error::{ReadError, in_line};
 use crate::verify::Rows;
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{Cursor, ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// What the header of an array says.
@@ -190,7 +190,7 @@ fn parse(text: &str) -> Result<NpyHeader, String> {
 pub(super) type Named = (Box<dyn Rows>, Vec<String>);
 
 /// The rows of an array behind its header. `file` is where the same array can be opened again, if it is a file: one that was written column after
-/// column is read by as many readers as it has columns.
+/// column is read by as many readers as it has columns. Any other of that kind (in an archive, from a pipe) is held in memory.
 pub(super) fn rows(
     name: &str,
     header: &NpyHeader,
@@ -205,7 +205,8 @@ pub(super) fn rows(
         && field.is_empty()
     {
         if header.fortran_order && columns > 1 {
-            return by_columns(name, header, *number, count, columns, file).map(|rows| (rows, Vec::new()));
+            return by_columns(name, header, *number, (count, columns), reader, file)
+                .map(|rows| (rows, Vec::new()));
         }
         return Ok((
             Box::new(BinaryRows::new(name, reader, vec![*number; columns], Some(count))),
@@ -220,25 +221,41 @@ fn by_columns(
     name: &str,
     header: &NpyHeader,
     number: Number,
-    count: u64,
-    columns: usize,
+    (count, columns): (u64, usize),
+    mut reader: Box<dyn Read + Send>,
     file: Option<&Path>,
 ) -> Result<Box<dyn Rows>, ReadError> {
-    let Some(file) = file else {
-        let why = "it was written column after column (Fortran order), which can only be read from a .npy file; numpy.ascontiguousarray turns it".to_owned();
+    let unread = |why: String| ReadError::Read { name: name.to_owned(), why };
+    let bytes = count.checked_mul(number.bytes as u64);
+    let all = bytes.and_then(|bytes| bytes.checked_mul(columns as u64)?.checked_add(header.bytes));
+    let Some(bytes) = bytes.filter(|_| all.is_some_and(|all| i64::try_from(all).is_ok())) else {
+        let why = format!("its shape is {:?}: nothing is so large", header.shape);
         return Err(ReadError::Header { name: name.to_owned(), why });
     };
-    let open = |column: u64| -> std::io::Result<Box<dyn Rows>> {
-        let mut reader = File::open(file)?;
-        reader.seek(SeekFrom::Start(header.bytes + column * count * number.bytes as u64))?;
-        let part = Box::new(reader.take(count * number.bytes as u64));
+    let mut column = |column: u64| -> Result<Box<dyn Rows>, ReadError> {
+        let part: Box<dyn Read + Send> = match file {
+            Some(file) => {
+                let mut reader = File::open(file).map_err(|error| unread(error.to_string()))?;
+                let start = SeekFrom::Start(header.bytes + column * bytes);
+                reader.seek(start).map_err(|error| unread(error.to_string()))?;
+                Box::new(reader.take(bytes))
+            }
+            None => {
+                // Grows by what is there: a header may promise anything.
+                let mut held = Vec::new();
+                reader.by_ref().take(bytes).read_to_end(&mut held).map_err(|error| {
+                    unread(match error.kind() {
+                        ErrorKind::OutOfMemory => "it was written column after column (Fortran order), has to be held in memory for that, and does not fit; numpy.ascontiguousarray turns it".to_owned(),
+                        _ => error.to_string(),
+                    })
+                })?;
+                Box::new(Cursor::new(held))
+            }
+        };
         Ok(Box::new(BinaryRows::new(name, part, vec![number], Some(count))))
     };
-    let all = (0..columns as u64).map(open).collect::<std::io::Result<Vec<_>>>();
-    match all {
-        Ok(all) => Ok(Box::new(SideBySide(all))),
-        Err(error) => Err(ReadError::Read { name: name.to_owned(), why: error.to_string() }),
-    }
+    let all = (0..columns as u64).map(&mut column).collect::<Result<Vec<_>, _>>()?;
+    Ok(Box::new(SideBySide(all)))
 }
 
 #[cfg(test)]

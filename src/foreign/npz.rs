@@ -1,4 +1,5 @@
-//! NumPy's `.npz`: a zip archive of arrays, as they are or deflated. Each is read by a thread of its own, so that none has to fit into memory.
+//! NumPy's `.npz`: a zip archive of arrays, as they are or deflated. Each is read by a thread of its own, so that none has to fit into memory
+//! unless it was written column after column.
 
 use super::binary::SideBySide;
 use super::error::{ReadError, in_line};

@@ -151,6 +151,13 @@ fn every_format_reads_the_same_samples() {
     archive.start_file("pdf.npy", stored).unwrap();
     archive.write_all(&npy(">f8", false, "(40000,)", &bytes_of(&columns[3], true))).unwrap();
     let archive = archive.finish().unwrap().into_inner();
+    // As `np.savez(file, dirs=np.array([x, y, z]).T)` writes it.
+    let mut by_columns = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    by_columns.start_file("pdf.npy", stored).unwrap();
+    by_columns.write_all(&npy("<f8", false, "(40000,)", &bytes_of(&columns[3], false))).unwrap();
+    by_columns.start_file("dirs.npy", deflated).unwrap();
+    by_columns.write_all(&npy(">f8", true, "(40000, 3)", &bytes_of(&columns[..3].concat(), true))).unwrap();
+    let by_columns = by_columns.finish().unwrap().into_inner();
     let fields = "[('x', '<f8'), ('y', '<f8'), ('z', '<f8'), ('pdf', '<f8')]";
     let turned: Vec<Vec<f64>> = samples.iter().map(|row| vec![row[3], row[0], row[1], row[2]]).collect();
     let files = [
@@ -160,6 +167,7 @@ fn every_format_reads_the_same_samples() {
         folder.file("fortran.npy", npy("<f8", true, "(40000, 4)", &bytes_of(&columns.concat(), false))),
         folder.file("record.npy", npy(fields, false, "(40000,)", &f64s)),
         folder.file("both.npz", archive),
+        folder.file("fortran.npz", by_columns),
         folder.file("comma.csv", text(&samples, "x,y,z,pdf")),
         folder.file("others.csv", text(&samples, "wx,wy,wz,density")),
         folder.file("blanks.txt", text(&samples, "# as numpy.savetxt writes it").replace(',', " ")),
@@ -185,9 +193,21 @@ fn every_format_reads_the_same_samples() {
             assert_eq!(line, &said[0].1, "{file}");
         }
     }
-    // A pipe is as good as a file, but for what has to be read out of order.
+    // A pipe is as good as a file, also of what has to be read out of order.
     expect(PASS, "1 of 1", &["--domain", "hemisphere"], &std::fs::read(&files[0]).unwrap());
-    expect(BAD, "Fortran order", &["--domain", "hemisphere"], &std::fs::read(&files[3]).unwrap());
+    let mut fortran = std::fs::read(&files[3]).unwrap();
+    expect(PASS, "1 of 1", &["--domain", "hemisphere"], &fortran);
+    // Cut off in the last column.
+    fortran.truncate(fortran.len() - 8 * 20_000 - 3);
+    let cut = folder.file("cut.npy", &fortran);
+    for arguments in [&["--domain", "hemisphere"][..], &[&cut, "--domain", "hemisphere"]] {
+        expect(BAD, " ends in the middle of row 19999: 5 of its 8 bytes are there", arguments, &fortran);
+    }
+    let huge = npy("<f8", true, "(4611686018427387904, 4)", &[0; 64]);
+    let arguments = ["--domain", "hemisphere"];
+    expect(BAD, "its shape is [4611686018427387904, 4]: nothing is so large", &arguments, &huge);
+    let promised = npy("<f8", true, "(1152921504606846, 4)", &[0; 64]);
+    expect(BAD, "ends before row 8, but its header promises 1152921504606846 rows", &arguments, &promised);
 }
 
 #[test]
