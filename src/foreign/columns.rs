@@ -386,6 +386,14 @@ impl Layout {
         }
     }
 
+    /// The columns of theta and phi, if the point is these.
+    pub(super) fn angles(&self) -> Option<[usize; 2]> {
+        match &self.place {
+            Place::Angles(pair) => Some(*pair),
+            _ => None,
+        }
+    }
+
     /// The column that says whether the sample was kept.
     pub(super) fn kept_column(&self) -> Option<usize> {
         self.kept

@@ -24,6 +24,34 @@ fn hint(text: &str) -> &'static str {
     if has_decimal_comma(text) { " (decimal commas can't be read)" } else { "" }
 }
 
+/// What a column may be that is no angle from the pole in radians.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum NotTheta {
+    /// An angle in degrees.
+    Degrees,
+    /// An angle in degrees, from the equator.
+    LatitudeInDegrees,
+    /// An angle from the equator.
+    Latitude,
+    /// The angle around the pole, and the column of that one is the angle from it.
+    Phi,
+    /// That can't be told of so few rows.
+    Unknown,
+}
+
+impl NotTheta {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Degrees => ": are these degrees?",
+            Self::LatitudeInDegrees => ": is it a latitude in degrees?",
+            Self::Latitude => ": is it a latitude, from the equator?",
+            Self::Phi => ": is it exchanged with phi, the angle around the pole?",
+            Self::Unknown => "",
+        }
+    }
+}
+
 /// Why samples can't be read. Rows are numbered from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -117,6 +145,20 @@ pub enum ReadError {
         row: u64,
         /// What it is.
         value: f64,
+    },
+    /// An angle from the pole that is none.
+    #[error("{name}, row {row}: {column} is {value}; it is the angle from the pole in radians, 0 to pi{}", .guess.words())]
+    Theta {
+        /// File or pipe.
+        name: String,
+        /// The row.
+        row: u64,
+        /// The column's name.
+        column: String,
+        /// What it is.
+        value: f64,
+        /// What it may be.
+        guess: NotTheta,
     },
     /// A field of a text file that is no number.
     #[error("{name}, row {row} (line {line}): {column} is `{text}`, which is no number{}", hint(.text))]

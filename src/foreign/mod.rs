@@ -28,7 +28,7 @@ pub use conventions::{AGAIN, Given, of_program, of_samples};
 pub use coordinates::Coordinates;
 pub use corrections::of_densities;
 pub use domain_name::DomainName;
-pub use error::ReadError;
+pub use error::{NotTheta, ReadError};
 pub use npy::NpyHeader;
 pub use process::{Greeting, ProgramError};
 pub use program::{FIRST_TIMEOUT, Program, ProgramRows, Started, TIMEOUT, WithTable};

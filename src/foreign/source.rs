@@ -2,10 +2,11 @@
 
 use super::binary::BinaryRows;
 use super::columns::{Columns, DENSITY_IS_FIRST, Kind, Layout, Number, density_is_first};
-use super::error::ReadError;
+use super::error::{NotTheta, ReadError};
 use super::npy::{self, NpyHeader};
 use super::{Convention, Coordinates, npz, text};
 use crate::verify::{Block, Piece, Rows, RowsError};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -194,6 +195,8 @@ struct Check {
     kept: Option<usize>,
     names: Vec<String>,
     discrete: Option<usize>,
+    /// Columns of theta and phi.
+    angles: Option<[usize; 2]>,
     /// What the first rows are, if they are no points only because they are read in the wrong way.
     misread: Option<Misread>,
     /// Whether a row is a point of the domain, once its bytes are swapped.
@@ -257,7 +260,7 @@ impl Check {
         numbers: Option<Vec<Number>>,
     ) -> Self {
         let discrete = (convention.domain.axes() == 0).then(|| layout.point_columns()[0]);
-        let (used, kept) = (layout.used(), layout.kept_column());
+        let (used, kept, angles) = (layout.used(), layout.kept_column(), layout.angles());
         let bounded = convention.domain.measure().is_finite() && convention.domain.axes() > 1;
         let misread = Some(misread(&name, &convention, &layout, numbers.as_deref(), bounded));
         let swapped = numbers.filter(|n| bounded && n.iter().any(|n| n.kind == Kind::Float)).map(|numbers| {
@@ -277,27 +280,62 @@ impl Check {
             };
             Box::new(swap) as Box<dyn Fn(&[f64]) -> Option<Vec<f64>> + Send>
         });
-        Self { name, used, kept, names, discrete, misread, swapped, read: 0 }
+        Self { name, used, kept, names, discrete, angles, misread, swapped, read: 0 }
     }
 
     fn look(&mut self, block: &Block, width: usize) -> Result<(), ReadError> {
         if let Some(misread) = self.misread.take() {
             misread(&block.piece(0, block.len().min(FIRST * width)).numbers())?;
         }
-        if self.discrete.is_none() && !any_is_odd(block) {
+        if self.discrete.is_none() && self.angles.is_none() && !any_is_odd(block) {
             self.read += (block.len() / width) as u64;
             return Ok(());
         }
-        for row in block.all().numbers().chunks_exact(width) {
+        let numbers = block.all().numbers();
+        for row in numbers.chunks_exact(width) {
             self.look_at(row)?;
+            if let Some(angles) = self.angles.filter(|angles| self.is_kept(row) && !is_theta(row[angles[0]]))
+            {
+                return Err(ReadError::Theta {
+                    name: self.name.clone(),
+                    row: self.read,
+                    column: self.names[angles[0]].clone(),
+                    value: row[angles[0]],
+                    guess: self.not_theta(numbers.chunks_exact(width), angles),
+                });
+            }
             self.read += 1;
         }
         Ok(())
     }
 
+    fn is_kept(&self, row: &[f64]) -> bool {
+        self.kept.is_none_or(|kept| row[kept] != 0.0)
+    }
+
+    /// What the column of theta may be, by all rows that there are; nothing is said for the sake of a few of them.
+    fn not_theta<'a>(&self, rows: impl Iterator<Item = &'a [f64]>, [theta, phi]: [usize; 2]) -> NotTheta {
+        const FEW: usize = 8;
+        let rows: Vec<[f64; 2]> =
+            rows.filter(|row| self.is_kept(row)).map(|row| [row[theta], row[phi]]).collect();
+        let wrong = rows.iter().filter(|[theta, _]| !is_theta(*theta)).count();
+        let all = |is: fn(&[f64; 2]) -> bool| rows.iter().all(is);
+        if rows.len() < FEW || FEW * wrong < rows.len() {
+            NotTheta::Unknown
+        } else if !all(|[theta, _]| theta.abs() <= TAU + ROUNDED) {
+            if all(|[theta, _]| *theta >= -ROUNDED) { NotTheta::Degrees } else { NotTheta::LatitudeInDegrees }
+        } else if all(|[_, phi]| is_theta(*phi)) {
+            NotTheta::Phi
+        } else if all(|[theta, _]| theta.abs() <= FRAC_PI_2 + ROUNDED) {
+            NotTheta::Latitude
+        } else {
+            NotTheta::Unknown
+        }
+    }
+
     fn look_at(&self, row: &[f64]) -> Result<(), ReadError> {
         let name = || self.name.clone();
-        if self.kept.is_some_and(|kept| row[kept] == 0.0) {
+        if !self.is_kept(row) {
             return Ok(()); // its point is not looked at
         }
         if let Some(other) = self.swapped.as_ref().and_then(|swapped| swapped(row)) {
@@ -322,6 +360,14 @@ impl Check {
         }
         Ok(())
     }
+}
+
+/// Angles in texts have few digits: pi may be 3.142.
+const ROUNDED: f64 = 1e-3;
+
+/// Whether an angle may be one from the pole, in radians.
+fn is_theta(angle: f64) -> bool {
+    (-ROUNDED..=PI + ROUNDED).contains(&angle)
 }
 
 /// Whether there is a number that is worth to be looked at: most blocks have none, which is seen faster than where it would be.

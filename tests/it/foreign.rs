@@ -329,6 +329,75 @@ fn numbers_of_another_type_and_columns_in_another_order_are_named() {
     expect(BAD, "columns 2 to 4 are unit vectors: is the density first? (--columns", &single, &f32s(&turned));
 }
 
+/// Angles that are none from the pole in radians end the run, with a guess at what they are.
+#[test]
+fn angles_of_another_kind_are_named_by_their_row() {
+    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+    let angles: Vec<[f64; 3]> = cosine(4_000)
+        .iter()
+        .map(|row| [row[2].acos(), row[1].atan2(row[0]).rem_euclid(2.0 * PI), row[3]])
+        .collect();
+    let csv = |turned: &dyn Fn([f64; 3]) -> [f64; 3]| {
+        let rows: Vec<Vec<f64>> = angles.iter().map(|row| turned(*row).to_vec()).collect();
+        text(&rows, "Theta,phi,pdf").into_bytes()
+    };
+    let arguments = ["--domain", "sphere"];
+    let says = |text: Vec<u8>, is_wrong: &dyn Fn(f64) -> bool, guess: &str| {
+        let lines = String::from_utf8(text.clone()).unwrap();
+        let thetas: Vec<f64> =
+            lines.lines().skip(1).map(|l| l.split(',').next().unwrap().parse().unwrap()).collect();
+        let row = thetas.iter().position(|theta| is_wrong(*theta)).unwrap();
+        let says = format!(
+            "standard input, row {row}: Theta is {}; it is the angle from the pole in radians, 0 to pi{guess}\n",
+            thetas[row]
+        );
+        expect(BAD, &says, &arguments, &text);
+    };
+    let beyond = |theta: f64| theta > PI + 1e-3;
+    let below = |theta: f64| theta < -1e-3;
+    let degrees = |[theta, phi, pdf]: [f64; 3]| [theta.to_degrees(), phi.to_degrees(), pdf];
+    says(csv(&degrees), &beyond, ": are these degrees?");
+    let elevation = |[theta, phi, pdf]: [f64; 3]| [90.0 - 2.0 * theta.to_degrees(), phi.to_degrees(), pdf];
+    says(csv(&elevation), &|theta| beyond(theta) || below(theta), ": is it a latitude in degrees?");
+    let latitude = |[theta, phi, pdf]: [f64; 3]| [FRAC_PI_2 - 2.0 * theta, phi, pdf];
+    says(csv(&latitude), &below, ": is it a latitude, from the equator?");
+    says(
+        csv(&|[theta, phi, pdf]| [phi, theta, pdf]),
+        &beyond,
+        ": is it exchanged with phi, the angle around the pole?",
+    );
+    says(
+        csv(&|[theta, phi, pdf]| [phi - PI, theta, pdf]),
+        &below,
+        ": is it exchanged with phi, the angle around the pole?",
+    );
+    // One of many tells nothing, and is wrong all the same; so is one of what samples are compared with.
+    let first = angles[100][0];
+    let one = csv(&|[theta, phi, pdf]| [if theta == first { 3.2 } else { theta }, phi, pdf]);
+    expect(
+        BAD,
+        "row 100: Theta is 3.2; it is the angle from the pole in radians, 0 to pi\n",
+        &arguments,
+        &one,
+    );
+    let folder = Folder::new();
+    let other = folder.file("other.csv", &one);
+    let right = csv(&|row| row);
+    let compared = ["--domain", "sphere", "--against", &other];
+    expect(BAD, "other.csv, row 100: Theta is 3.2", &compared, &right);
+    // A few digits of pi and of 0 are theirs, and rejected samples have no angle.
+    let rounded = csv(&|[theta, phi, pdf]| [if theta < FRAC_PI_4 { -0.0005 } else { 3.142 }, phi, pdf]);
+    let (_, _, err) = check(&arguments, &rounded);
+    assert_eq!(err, "");
+    let kept = csv(&|[theta, phi, pdf]| {
+        [if theta < FRAC_PI_4 { 7.0 } else { theta }, phi, if theta < FRAC_PI_4 { 0.0 } else { pdf }]
+    });
+    let kept = String::from_utf8(kept).unwrap().replace("pdf", "kept");
+    let given = ["--domain", "hemisphere", "--against", &folder.file("kept.csv", &kept)];
+    let (code, _, err) = check(&given, kept.as_bytes());
+    assert!(code != BAD, "{err}");
+}
+
 #[test]
 fn too_few_samples_are_told_how_many_it_takes() {
     let arguments = ["--domain", "hemisphere", "--columns", "x,y,z,pdf:f32"];
