@@ -377,20 +377,21 @@ fn samples<D: Coordinates>(
         let second = recorded(&convention, others, &theirs)?.name(place.name());
         return compare_recordings(&first, &second, settings).map_err(plain);
     }
-    if given.is_none() && !layout.has_density() {
-        bail!(
-            "there is nothing to hold the samples against: name a column `pdf`, or say --density, --env or --against"
-        );
-    }
-    if given.is_none() && arguments.anytime {
-        bail!("--anytime bets on counts, which need a density of every place: --density or --env");
-    }
     match (arguments.integral, layout.has_weight()) {
         (Some(_), false) => bail!("--integral needs a column `weight` or `value`"),
         (None, true) => {
             bail!("there is a column of weights or values: say with --integral what their mean should be")
         }
         _ => {}
+    }
+    let told = given.is_some() || layout.has_density();
+    if !told && !layout.has_weight() {
+        bail!(
+            "there is nothing to hold the samples against: name a column `pdf`, or say --density, --env or --against (or --integral with a column `weight`)"
+        );
+    }
+    if given.is_none() && arguments.anytime {
+        bail!("--anytime bets on counts, which need a density of every place: --density or --env");
     }
     let (rows, kept) = Keeping::new(read, AGAIN);
     let mut record = recorded(&convention, rows, &layout)?
@@ -405,7 +406,8 @@ fn samples<D: Coordinates>(
             .positive_over(|cell| table.is_positive_over(cell));
     }
     let (mut examination, fails) = judged(record.examine(settings).map_err(plain)?, settings)?;
-    if fails {
+    // A mean of weights is the same in every frame.
+    if fails && told {
         let given = readings(&given, arguments.partial);
         let held = kept.lock().unwrap_or_else(PoisonError::into_inner);
         // Nothing but the column says what the density should be, and nobody what is wrong with it.
@@ -520,7 +522,7 @@ fn conclude(
     } else if arguments.out.is_some() {
         let why = match examination.against {
             Against::OwnDensities => {
-                "the column `pdf` says nothing of places without a sample; --density or --env would"
+                "what comes with the samples says nothing of places without one; --density or --env would"
             }
             _ => "there are no cells to draw",
         };

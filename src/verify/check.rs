@@ -32,7 +32,7 @@ pub(super) enum Rests {
 pub(super) enum Needs {
     /// Samples.
     Samples,
-    /// A density for every sample.
+    /// A density for every sample, or a weight whose mean is known.
     Weights,
     /// A density for every point.
     Density,
@@ -46,7 +46,7 @@ impl Needs {
     pub fn met_by(self, probe: &dyn Probe) -> bool {
         match self {
             Self::Samples => true,
-            Self::Weights => probe.returns_density() || probe.has_density(),
+            Self::Weights => probe.tells_densities() || !probe.known().is_empty(),
             Self::Density => probe.has_density(),
             Self::TwoDensities => probe.returns_density() && probe.has_density(),
             Self::Variates => probe.pilots().is_none(),

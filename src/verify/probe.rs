@@ -169,6 +169,11 @@ pub(super) trait Probe: Sync {
         true
     }
 
+    /// Whether anybody says how dense a sample is.
+    fn tells_densities(&self) -> bool {
+        self.returns_density() || self.has_density()
+    }
+
     /// Whether to ask costs far more than to count.
     fn is_slow(&self) -> bool {
         false

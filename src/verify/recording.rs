@@ -1,6 +1,6 @@
 //! Samples that somebody else drew, row by row, as the checks see them.
 //!
-//! The first rows are pilots: they say where cells are cut, and are not judged. The rest streams through a buffer of half a million rows or so, however many there are. To
+//! The first rows are pilots: they say where cells are cut, and are judged only by what is certain of a single row. The rest streams through a buffer of half a million rows or so, however many there are. To
 //! the checks a row is a variate: the number of the row plus 1 for those that are judged, and less than 1 for a pilot, so that what asks
 //! for a few samples of its own is given pilots.
 
@@ -160,7 +160,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// Begins to judge samples that somebody else drew on `domain`: `row` says what each row of numbers means. They must be independent.
 ///
-/// Without a [`density`](Recording::density) they are only held against the densities that come with them, by the means of 1 / density over cells.
+/// Without a [`density`](Recording::density) they are only held against the densities that come with them, by the means of 1 / density over cells; without these either,
+/// only the mean of the weights is judged, if its [`integral`](Recording::integral) is known.
 ///
 /// ```
 /// use warpcheck::domain::Interval;

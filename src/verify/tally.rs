@@ -379,6 +379,7 @@ struct Counter<'a> {
     expectation: &'a Expectation,
     by_remainder: bool,
     has_left_over: bool,
+    tells_densities: bool,
     number_of_classes: usize,
     previous: Option<u16>,
     draws: Vec<Draw>,
@@ -404,6 +405,7 @@ impl<'a> Counter<'a> {
             expectation,
             by_remainder: !expectation.remainders.is_empty(),
             has_left_over: probe.left_over(&middle).is_some(),
+            tells_densities: probe.tells_densities(),
             number_of_classes: classes(expectation),
             previous: None,
             draws: Vec::new(),
@@ -603,8 +605,11 @@ impl<'a> Counter<'a> {
         }
     }
 
-    /// What the densities say of themselves.
+    /// What the densities say of themselves, if there are any.
     fn judge(&self, draw: &Draw, xi: &[f64], asked: bool, tally: &mut Tally) {
+        if !self.tells_densities {
+            return;
+        }
         let density = draw.density;
         let point = || self.probe.look(xi).map_or_else(String::new, |look| look.point);
         if !(density.is_finite() && density >= 0.0) {

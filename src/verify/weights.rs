@@ -55,13 +55,18 @@ impl Check for Weights {
     fn run(&self, case: &Case<'_>) -> Vec<Finding> {
         let mut findings = Vec::new();
         // Entries are counted, wherever their masses can be asked.
-        let alone = !case.probe.has_density();
-        if alone || case.probe.space().axes() > 0 && case.tally.samples > 0 {
+        let (alone, told) = (!case.probe.has_density(), case.probe.tells_densities());
+        if alone && told || !alone && case.probe.space().axes() > 0 && case.tally.samples > 0 {
             findings.extend(inverse_density(self.name(), case, alone));
         }
         findings.extend(spread(self.name(), case));
         for ((name, integral), moments) in case.probe.known().into_iter().zip(&case.tally.known) {
-            findings.push(known_integral(self.name(), name, integral, moments));
+            let mut finding = known_integral(self.name(), name, integral, moments);
+            // Without densities nothing else judges anything but where samples are.
+            if !told && finding.evidence == Evidence::Unanswered {
+                finding.evidence = Evidence::Certain(Verdict::Inconclusive);
+            }
+            findings.push(finding);
         }
         findings
     }

@@ -663,6 +663,36 @@ fn weights_and_rejected_samples() {
     expect(PASS, "1 of 1", &names, &f32s(&halved));
 }
 
+/// Weights are judged by their mean where nobody knows a density, and pass for nothing else.
+#[test]
+fn weights_alone_are_judged_by_their_mean() {
+    let weights = rows(&warpcheck::sampler::UniformHemisphere, 60_000, |s| {
+        vec![s.point.x, s.point.y, s.point.z, s.point.z / s.density]
+    });
+    let names = ["--domain", "hemisphere", "--columns", "x,y,z,weight:f32"];
+    let integral = |integral| [&names[..], &["--integral", integral]].concat();
+    expect(PASS, "1 of 1", &integral("3.14159265"), &f32s(&weights));
+    expect(
+        FAIL,
+        "weights (f / density, the column of weights): the mean of f / density is 3.1",
+        &integral("3"),
+        &f32s(&weights),
+    );
+    expect(BAD, "say with --integral", &names, &f32s(&weights));
+    let named = ["--domain", "hemisphere", "--columns", "x,y,z,_:f32"];
+    expect(BAD, "(or --integral with a column `weight`)", &named, &f32s(&weights));
+    let value = ["--domain", "hemisphere", "--columns", "x,y,z,value:f32", "--integral", "3"];
+    expect(BAD, "a column of values needs one of densities, `pdf`", &value, &f32s(&weights));
+    let mut below = weights.clone();
+    below[40_000][2] = -below[40_000][2];
+    expect(FAIL, "1 of 60000 samples are outside of the domain", &integral("3.14159265"), &f32s(&below));
+    // One in two thousand is worth all of it.
+    let heavy = |i: usize| if i % 2000 == 7 { 2000.0 * 3.14159265 } else { 0.0 };
+    let heavy: Vec<Vec<f64>> =
+        weights.iter().enumerate().map(|(i, row)| vec![row[0], row[1], row[2], heavy(i)]).collect();
+    expect(3, "but its tails are too heavy, or its samples too few", &integral("3.14159265"), &f32s(&heavy));
+}
+
 #[test]
 fn what_has_no_effect_is_refused() {
     for (words, says) in [
@@ -694,7 +724,12 @@ fn pictures_need_a_density_of_places() {
     let folder = Folder::new();
     let out = folder.0.path().join("out");
     let words = ["--domain", "hemisphere", "--columns", "x,y,z,pdf:f32", "--out", out.to_str().unwrap()];
-    expect(PASS, "no pictures: the column `pdf` says nothing of places", &words, &f32s(&cosine(30_000)));
+    expect(
+        PASS,
+        "no pictures: what comes with the samples says nothing of places",
+        &words,
+        &f32s(&cosine(30_000)),
+    );
     assert!(!out.exists(), "nothing was to be written");
     let table = cosine_table(&folder);
     let words = [&against(&table)[..], &words[4..]].concat();
