@@ -95,11 +95,16 @@ impl Domain for Discrete {
         (patch, 1.0)
     }
 
+    /// Nothing has so many entries that the upper half of all numbers could be indices: there are those that were below 0 where they came from.
+    fn in_words(&self, index: &usize) -> String {
+        (*index as isize).to_string()
+    }
+
     fn locate(&self, index: &usize) -> Result<Location, Outside> {
         if *index < self.len {
             Ok(Location { patch: *index, at: [0.0; 2] })
         } else {
-            Err(Outside(format!("is index {index} of {} entries", self.len)))
+            Err(Outside(format!("is index {} of {} entries", self.in_words(index), self.len)))
         }
     }
 }

@@ -189,6 +189,11 @@ pub trait Domain: Space + Clone {
     /// Says why where the point is not in the domain: not finite, not of unit length, outside.
     fn locate(&self, point: &Self::Point) -> Result<Location, Outside>;
 
+    /// A point in few digits, for people.
+    fn in_words(&self, point: &Self::Point) -> String {
+        in_short(point)
+    }
+
     /// [`locate`](Self::locate) for many points, whose places are appended to `out`, `None` for one that is not in the domain: the same to a few roundings
     /// of the chart coordinates, and quicker where several fit into a vector register.
     fn locate_many(&self, points: &[Self::Point], out: &mut Vec<Option<Location>>) {

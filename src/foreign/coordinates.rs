@@ -123,13 +123,38 @@ impl Coordinates for Discrete {
         &["i"]
     }
 
-    /// What is no index (negative, a fraction, NaN) becomes the largest one, which no set has.
+    /// What is no index is one that no set has: a negative number its two's complement, by which it is told again; a fraction, NaN, or what is too large the largest
+    /// `isize`.
     fn point_of(&self, numbers: &[f64]) -> usize {
         let index = numbers[0];
-        if index >= 0.0 && index.fract() == 0.0 { index as usize } else { usize::MAX }
+        let index = if index.fract() == 0.0 { index as isize } else { isize::MAX };
+        index as usize
     }
 
     fn numbers_of(&self, point: &usize, out: &mut Vec<f64>) {
-        out.push(*point as f64);
+        out.push(*point as isize as f64);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_are_no_index() {
+        let some = Discrete::new(6);
+        let told = |x: f64| {
+            let (point, mut numbers) = (some.point_of(&[x]), Vec::new());
+            some.numbers_of(&point, &mut numbers);
+            (some.locate(&point).map_or_else(|why| why.0, |at| at.patch.to_string()), numbers[0])
+        };
+        assert_eq!([0.0, -0.0, 5.0].map(told), [("0".into(), 0.0), ("0".into(), 0.0), ("5".into(), 5.0)]);
+        for x in [-1.0, -7.0, 6.0] {
+            assert_eq!(told(x), (format!("is index {x} of 6 entries"), x));
+        }
+        for x in [0.5, -0.5, f64::NAN, f64::INFINITY, 1e300] {
+            assert_eq!(told(x).0, format!("is index {} of 6 entries", isize::MAX));
+        }
+        assert_eq!(told(-1e300).0, format!("is index {} of 6 entries", isize::MIN));
     }
 }

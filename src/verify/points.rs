@@ -1,6 +1,6 @@
 //! Points that somebody else drew.
 
-use crate::domain::{Domain, Location, Outside, Space, in_short};
+use crate::domain::{Domain, Location, Outside, Space};
 use crate::sampler::ToPoint;
 
 /// Why points can't be judged.
@@ -92,7 +92,7 @@ pub(super) fn locate<D: Domain>(
     points: impl Iterator<Item = D::Point>,
 ) -> Result<Vec<Location>, (usize, String, Outside)> {
     let locate = |(index, point): (usize, D::Point)| {
-        domain.locate(&point).map_err(|why| (index, in_short(&point), why))
+        domain.locate(&point).map_err(|why| (index, domain.in_words(&point), why))
     };
     points.enumerate().map(locate).collect()
 }

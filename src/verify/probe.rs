@@ -287,7 +287,7 @@ impl<D: Domain> Probe for Subject<'_, D> {
         let sample = self.sampler.sample(xi)?;
         let asked = self.sampler.density(&sample.point);
         Some(Look {
-            point: in_short(&sample.point),
+            point: self.domain.in_words(&sample.point),
             location: self.domain.locate(&sample.point).map_err(|why| why.0),
             density: sample.density,
             asked,

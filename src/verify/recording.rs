@@ -553,7 +553,7 @@ impl<D: Domain> Probe for Recording<'_, D> {
             density,
             asked,
             range: [asked; 2],
-            point: in_short(&point),
+            point: self.domain.in_words(&point),
         })
     }
 

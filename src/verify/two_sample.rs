@@ -20,7 +20,7 @@ use super::report::Report;
 use super::setters::setters;
 use super::settings::{Drawn, Settings};
 use super::tally::SHARD;
-use crate::domain::{Cell, Domain, Knots, Location, Partition, Space, in_short};
+use crate::domain::{Cell, Domain, Knots, Location, Partition, Space};
 use crate::random::{fill_unit, stream};
 use crate::sampler::{Sampler, fill_vec};
 use crate::statistics::{binomial, chi_square, kolmogorov};
@@ -101,7 +101,7 @@ impl<D: Domain> Source for Drawing<'_, D> {
         let point = self.sampler.sample(xi).map(|s| s.point);
         let why = point.as_ref().and_then(|p| self.domain.locate(p).err());
         point.zip(why).map_or_else(String::new, |(point, why)| {
-            format!("xi = {xi:?} gives {}, which {why}", in_short(&point))
+            format!("xi = {xi:?} gives {}, which {why}", self.domain.in_words(&point))
         })
     }
 }

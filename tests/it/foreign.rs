@@ -693,6 +693,41 @@ fn weights_alone_are_judged_by_their_mean() {
     expect(3, "but its tails are too heavy, or its samples too few", &integral("3.14159265"), &f32s(&heavy));
 }
 
+/// An index of -1 is told as what it is, and what begins there is one too small.
+#[test]
+fn indices_below_zero() {
+    let folder = Folder::new();
+    let masses: [f64; 6] = [0.05, 0.1, 0.15, 0.2, 0.2, 0.3];
+    let body: Vec<u8> = masses.iter().flat_map(|x| x.to_le_bytes()).collect();
+    let table = folder.file("masses.npy", npy("<f8", false, "(6,)", &body));
+    let mut rng = stream(1, "indices", 0);
+    let mut index = || {
+        let mut left = warpcheck::random::unit_f64(&mut rng);
+        masses
+            .iter()
+            .take(5)
+            .take_while(|&mass| {
+                left -= mass;
+                left >= 0.0
+            })
+            .count() as i32
+    };
+    let drawn: Vec<i32> = (0..60_000).map(|_| index()).collect();
+    let bytes = |shift: i32| drawn.iter().flat_map(|i| (i + shift).to_le_bytes()).collect::<Vec<u8>>();
+    let arguments = ["--domain", "discrete:6", "--columns", "i:i32", "--density", &table];
+    expect(PASS, "1 of 1", &arguments, &bytes(0));
+    let (code, out, err) = check(&arguments, &bytes(-1));
+    let (count, first) =
+        (drawn.iter().filter(|i| **i == 0).count(), drawn.iter().position(|i| *i == 0).unwrap());
+    let says = format!(
+        "{count} of 60000 samples are outside of the domain; the first: the point -1 is index -1 of 6 entries (row {first})"
+    );
+    assert!(
+        code == FAIL && out.contains(&says) && out.contains("index one too small"),
+        "{says}\n{out}\n{err}"
+    );
+}
+
 #[test]
 fn what_has_no_effect_is_refused() {
     for (words, says) in [
