@@ -4,9 +4,10 @@
 use super::source::Held;
 use super::table::Table;
 use super::{Convention, Coordinates, Layout, Measure, Program, WithTable};
+use crate::domain::Space;
 use crate::random::{fill_unit, stream};
 use crate::sampler::{Sampler, fill_vec};
-use crate::verify::{Diagnosis, Evidence, Examination, Report, RowsError, Settings, Verdict, recording};
+use crate::verify::{Diagnosis, Evidence, Examination, Report, Row, RowsError, Settings, Verdict, recording};
 use glam::DVec3;
 
 /// Rows that are judged again.
@@ -56,6 +57,27 @@ pub(super) fn convinces(examination: Examination, settings: &Settings) -> bool {
     answered(&examination) && Report::new(vec![examination], settings).verdict() == Verdict::Pass
 }
 
+/// What the name of this convention is, and how it is told.
+const FROM_ONE: (&str, &str) = ("indices from 1", "count from 1");
+
+/// Whether indices of a discrete set count from 1, as in Julia, MATLAB and Fortran: none is 0, and some is one beyond the last. Samplers that are off by one
+/// and stay inside do neither.
+fn count_from_one(space: &dyn Space, indices: impl Iterator<Item = f64>) -> bool {
+    if space.axes() > 0 {
+        return false;
+    }
+    let ends = (f64::INFINITY, f64::NEG_INFINITY);
+    let (low, high) = indices.fold(ends, |(low, high), index| (low.min(index), high.max(index)));
+    low >= 1.0 && high == space.patches() as f64
+}
+
+/// Numbers of a row whose index is in this column, counted from 0 in place of 1.
+fn from_zero(numbers: &[f64], column: usize) -> Vec<f64> {
+    let mut numbers = numbers.to_vec();
+    numbers[column] -= 1.0;
+    numbers
+}
+
 fn diagnosis(found: Vec<(String, String)>, settings: &Settings) -> Option<Diagnosis> {
     let whole = |text: String| format!("a convention, most likely: {text} nothing is wrong");
     first_of(found.into_iter().map(|(name, text)| (name, whole(text))), settings)
@@ -87,21 +109,34 @@ pub fn of_samples<D: Coordinates>(
     told: &dyn Fn(&str),
 ) -> Result<Option<Diagnosis>, RowsError> {
     let settings = settings_of(settings);
-    let passes = |convention: &Convention<D>, table: Option<&Table<D>>| -> Result<bool, RowsError> {
+    type RowOf<'a, P> = &'a (dyn Fn(&[f64]) -> Row<P> + Send + Sync);
+    let passes_by = |row: RowOf<'_, D::Point>, table: Option<&Table<D>>| -> Result<bool, RowsError> {
         if settings.stopped() {
             return Ok(false);
         }
-        let mut rows = recording(convention.domain.clone(), held.again(), |row| layout.row(convention, row))?;
-        rows = rows.partial(given.partial);
+        let mut rows = recording(convention.domain.clone(), held.again(), row)?.partial(given.partial);
         if let Some(table) = table {
             rows = rows.knots(table.knots()).density_of_places(|places, out| table.at_many(places, out));
         }
         Ok(convinces(rows.examine(&settings)?, &settings))
     };
+    let passes = |convention: &Convention<D>, table: Option<&Table<D>>| {
+        passes_by(&|row: &[f64]| layout.row(convention, row), table)
+    };
     if passes(convention, given.table)? {
         return Ok(None); // so few rows don't show what is wrong
     }
     let mut found = Vec::new();
+    let column = layout.point_columns()[0];
+    let kept = held.rows(AGAIN).filter(|row| layout.row(convention, row).point.is_some());
+    if count_from_one(&convention.domain, kept.map(|row| row[column])) {
+        let (name, words) = FROM_ONE;
+        told(name);
+        if passes_by(&|row: &[f64]| layout.row(convention, &from_zero(row, column)), given.table)? {
+            found.push((name.to_owned(), format!("if the indices {words},")));
+            return Ok(diagnosis(found, &settings));
+        }
+    }
     for (words, table) in given.rivals {
         told(words);
         if passes(convention, Some(table))? {

@@ -644,6 +644,44 @@ fn two_files_are_compared() {
 }
 
 #[test]
+fn indices_that_count_from_one_are_named() {
+    const WEIGHTS: [f64; 6] = [0.1, 0.2, 0.3, 0.05, 0.05, 0.3];
+    let folder = Folder::new();
+    let table =
+        folder.file("weights.npy", npy("<f8", false, "(1, 6)", &WEIGHTS.map(f64::to_le_bytes).concat()));
+    let entries = |seed: u64, row: &dyn Fn(usize) -> Vec<f64>| -> String {
+        let (mut rng, mut xi) = (stream(seed, "entries", 0), [0.0]);
+        let mut drawn = |_| {
+            fill_unit(&mut rng, &mut xi);
+            let mut left = xi[0];
+            let is_left_behind = |weight: &f64| {
+                left -= weight;
+                left < 0.0
+            };
+            row(WEIGHTS.iter().position(is_left_behind).unwrap_or(5))
+        };
+        text(&(0..40_000).map(&mut drawn).collect::<Vec<_>>(), "i,pdf")
+    };
+    let from_one = entries(1, &|i| vec![i as f64 + 1.0, WEIGHTS[i]]);
+    let right = entries(2, &|i| vec![i as f64, WEIGHTS[i]]);
+    let alone = ["--domain", "discrete:6"];
+    let held = [&alone[..], &["--density", &table]].concat();
+    let says = "a convention, most likely: if the indices count from 1, nothing is wrong";
+    for arguments in [&alone[..], &held] {
+        expect(PASS, "1 of 1", arguments, right.as_bytes());
+        expect(FAIL, says, arguments, from_one.as_bytes());
+    }
+    // One too large without one beyond the last; counted from 1, but with the wrong densities; and reversed.
+    let inside = entries(1, &|i| vec![(i as f64 + 1.0).min(5.0), WEIGHTS[i]]);
+    let next = entries(1, &|i| vec![i as f64 + 1.0, WEIGHTS[(i + 1) % 6]]);
+    let reversed = entries(1, &|i| vec![6.0 - i as f64, WEIGHTS[5 - i]]);
+    for (arguments, samples) in [(&held, &inside), (&alone.to_vec(), &next), (&held, &reversed)] {
+        let (code, out, err) = check(arguments, samples.as_bytes());
+        assert!(code == FAIL && !out.contains("count from 1"), "{arguments:?}\n{out}\n{err}");
+    }
+}
+
+#[test]
 fn weights_and_rejected_samples() {
     // The irradiance of a white sky by uniform directions, half of them thrown away.
     let rows = rows(&warpcheck::sampler::UniformHemisphere, 60_000, |s| {
