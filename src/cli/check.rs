@@ -12,9 +12,9 @@ use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 use warpcheck::domain::Space;
 use warpcheck::foreign::{
-    AGAIN, Columns, Convention, Coordinates, DomainName, Frame, Given, Keeping, Layout, Measure, Place,
-    Program, ProgramRows, Samples, Started, Table, WithTable, of_densities, of_program, of_samples,
-    read_array, read_to_nothing,
+    AGAIN, Columns, Convention, Coordinates, DomainName, Frame, Given, Keeping, Layout, Measure, OneOfTwo,
+    Place, Program, ProgramRows, Samples, Started, Table, WithTable, of_densities, of_program, of_samples,
+    of_two, read_array, read_to_nothing,
 };
 use warpcheck::picture::{Compression, write_atomically, write_planes, write_png};
 use warpcheck::report;
@@ -372,10 +372,18 @@ fn samples<D: Coordinates>(
     if let Some(file) = &arguments.against {
         let place = self::place(Some(file));
         let others = Samples::open(&place, arguments.columns.as_ref(), &convention)?;
-        let (mine, theirs) = (layout, others.layout().clone());
-        let first = recorded(&convention, read, &mine)?.name(name(arguments));
-        let second = recorded(&convention, others, &theirs)?.name(place.name());
-        return compare_recordings(&first, &second, settings).map_err(plain);
+        let (names, theirs) = ([name(arguments), place.name()], others.layout().clone());
+        let ((rows, kept), (others, kept_others)) = (Keeping::new(read, AGAIN), Keeping::new(others, AGAIN));
+        let first = recorded(&convention, rows, &layout)?.name(&names[0]);
+        let second = recorded(&convention, others, &theirs)?.name(&names[1]);
+        let examination = compare_recordings(&first, &second, settings).map_err(plain)?;
+        let [held, held_others] =
+            [&kept, &kept_others].map(|k| k.lock().unwrap_or_else(PoisonError::into_inner));
+        let sides = [
+            OneOfTwo::of_samples(&held, &layout, &convention, &names[0]),
+            OneOfTwo::of_samples(&held_others, &theirs, &convention, &names[1]),
+        ];
+        return compared(examination, &sides, &convention, settings, search);
     }
     match (arguments.integral, layout.has_weight()) {
         (Some(_), false) => bail!("--integral needs a column `weight` or `value`"),
@@ -425,6 +433,21 @@ fn samples<D: Coordinates>(
     Ok(examination)
 }
 
+/// What two samples that were compared say, and why they differ.
+fn compared<D: Coordinates>(
+    examination: Examination,
+    sides: &[OneOfTwo<'_, D>; 2],
+    convention: &Convention<D>,
+    settings: &Settings,
+    search: &Search<'_>,
+) -> Result<Examination> {
+    let (mut examination, fails) = judged(examination, settings)?;
+    if fails {
+        search.explain(&mut examination, |told| of_two(sides, convention, settings, told).map_err(plain))?;
+    }
+    Ok(examination)
+}
+
 fn recorded<'a, D: Coordinates>(
     convention: &'a Convention<D>,
     rows: impl Rows + 'a,
@@ -460,15 +483,22 @@ fn program<D: Coordinates>(
     if let Some(file) = &arguments.against {
         let place = place(Some(file));
         let others = Samples::open(&place, arguments.columns.as_ref(), &convention)?;
-        let theirs = others.layout().clone();
+        let (names, theirs) = ([name, place.name()], others.layout().clone());
         let rows = ProgramRows::new(&program, settings.samples, settings.seed);
+        let ((rows, kept), (others, kept_others)) = (Keeping::new(rows, AGAIN), Keeping::new(others, AGAIN));
         let first =
             recording(convention.domain.clone(), rows, |row| ProgramRows::row(&convention.domain, row));
-        let first = first.map_err(plain)?.name(name);
-        let second = recorded(&convention, others, &theirs)?.name(place.name());
+        let first = first.map_err(plain)?.name(&names[0]);
+        let second = recorded(&convention, others, &theirs)?.name(&names[1]);
         let examination = compare_recordings(&first, &second, settings).map_err(plain)?;
         program.finish()?;
-        return Ok(examination);
+        let [held, held_others] =
+            [&kept, &kept_others].map(|k| k.lock().unwrap_or_else(PoisonError::into_inner));
+        let sides = [
+            OneOfTwo::of_program(&held, &convention, &names[0]),
+            OneOfTwo::of_samples(&held_others, &theirs, &convention, &names[1]),
+        ];
+        return compared(examination, &sides, &convention, settings, search);
     }
     let examination = match &given {
         Some((table, _)) => {

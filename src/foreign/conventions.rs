@@ -15,9 +15,9 @@ pub const AGAIN: usize = 1 << 16;
 /// Samples of a program that are judged again, those by which most conventions are ruled out before, and those that only are looked at.
 const PROGRAM_AGAIN: u64 = 1 << 15;
 const PROGRAM_FIRST: u64 = 1 << 12;
-const GLANCE: usize = 1024;
+pub(super) const GLANCE: usize = 1024;
 /// Frames that are judged, of those under which the rows are likeliest.
-const FRAMES: usize = 4;
+pub(super) const FRAMES: usize = 4;
 
 /// What samples are held against.
 #[derive(Clone, Copy)]
@@ -50,7 +50,7 @@ pub(super) fn convinces(examination: Examination, settings: &Settings) -> bool {
     if settings.stopped() {
         return false;
     }
-    let telling = ["chi-square", "weights"];
+    let telling = ["chi-square", "weights", "two-sample"];
     let answered = |e: &Examination| {
         e.findings.iter().any(|f| telling.contains(&f.check) && matches!(f.evidence, Evidence::Chance { .. }))
     };
@@ -58,11 +58,11 @@ pub(super) fn convinces(examination: Examination, settings: &Settings) -> bool {
 }
 
 /// What the name of this convention is, and how it is told.
-const FROM_ONE: (&str, &str) = ("indices from 1", "count from 1");
+pub(super) const FROM_ONE: (&str, &str) = ("indices from 1", "count from 1");
 
 /// Whether indices of a discrete set count from 1, as in Julia, MATLAB and Fortran: none is 0, and some is one beyond the last. Samplers that are off by one
 /// and stay inside do neither.
-fn count_from_one(space: &dyn Space, indices: impl Iterator<Item = f64>) -> bool {
+pub(super) fn count_from_one(space: &dyn Space, indices: impl Iterator<Item = f64>) -> bool {
     if space.axes() > 0 {
         return false;
     }
@@ -72,7 +72,7 @@ fn count_from_one(space: &dyn Space, indices: impl Iterator<Item = f64>) -> bool
 }
 
 /// Numbers of a row whose index is in this column, counted from 0 in place of 1.
-fn from_zero(numbers: &[f64], column: usize) -> Vec<f64> {
+pub(super) fn from_zero(numbers: &[f64], column: usize) -> Vec<f64> {
     let mut numbers = numbers.to_vec();
     numbers[column] -= 1.0;
     numbers

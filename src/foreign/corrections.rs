@@ -12,7 +12,7 @@ use crate::verify::{
 use glam::DVec3;
 
 /// The p-value has to rise by this factor: what hardly fails passes under much that is not its mistake.
-const GAIN: f64 = 1e6;
+pub(super) const GAIN: f64 = 1e6;
 /// Rows that the axis of a lobe is taken from.
 const SOME: usize = 1 << 14;
 

@@ -20,6 +20,7 @@ mod program;
 mod source;
 mod table;
 mod text;
+mod two;
 
 pub use binary::BinaryRows;
 pub use columns::{Columns, Kind, Layout, Number};
@@ -34,3 +35,4 @@ pub use process::{Greeting, ProgramError};
 pub use program::{FIRST_TIMEOUT, Program, ProgramRows, Started, TIMEOUT, WithTable};
 pub use source::{Held, Keeping, Place, Samples, read_array, read_to_nothing};
 pub use table::{Table, TableError};
+pub use two::{OneOfTwo, of_two};

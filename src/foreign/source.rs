@@ -495,15 +495,15 @@ impl Rows for Held {
 }
 
 /// Rows that are read, of which the first are kept for a second look.
-pub struct Keeping {
-    rows: Samples,
+pub struct Keeping<R = Samples> {
+    rows: R,
     kept: std::sync::Arc<std::sync::Mutex<Held>>,
     most: usize,
 }
 
-impl Keeping {
+impl<R: Rows> Keeping<R> {
     /// Keeps the first `most` rows; they are found in what is returned beside it.
-    pub fn new(rows: Samples, most: usize) -> (Self, std::sync::Arc<std::sync::Mutex<Held>>) {
+    pub fn new(rows: R, most: usize) -> (Self, std::sync::Arc<std::sync::Mutex<Held>>) {
         let held = Held { numbers: Vec::new(), width: rows.width(), at: 0 };
         let kept = std::sync::Arc::new(std::sync::Mutex::new(held));
         (Self { rows, kept: std::sync::Arc::clone(&kept), most }, kept)
@@ -520,7 +520,7 @@ impl Keeping {
     }
 }
 
-impl Rows for Keeping {
+impl<R: Rows> Rows for Keeping<R> {
     fn width(&self) -> usize {
         self.rows.width()
     }

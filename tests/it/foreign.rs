@@ -643,6 +643,68 @@ fn two_files_are_compared() {
     expect(BAD, "standard input can't be both", &turned[1..], &other(10.0, 2));
 }
 
+/// A lobe whose axis no other frame has where it is.
+fn tilted(kappa: f32, seed: u64) -> Vec<Vec<f64>> {
+    let lobe = VonMisesFisher::new(glam::Vec3::new(0.36, -0.48, 0.8), kappa).unwrap();
+    let (mut rng, mut xi) = (stream(seed, "tilted", 0), [0.0; 2]);
+    let mut point = |_| {
+        fill_unit(&mut rng, &mut xi);
+        Sampler::sample(&lobe, &xi).unwrap().point.to_array().to_vec()
+    };
+    (0..40_000).map(&mut point).collect()
+}
+
+#[test]
+fn conventions_between_two_files_are_named() {
+    let folder = Folder::new();
+    let y_up = |rows: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+        rows.into_iter().map(|row| vec![row[0], row[2], -row[1]]).collect()
+    };
+    let arguments = |file| ["--domain", "sphere", "--columns", "x,y,z:f32", "--against", file];
+    let other = folder.file("other.bin", f32s(&tilted(10.0, 1)));
+    let other = arguments(&other);
+    let says = |name: &str, end: &str| {
+        format!("a convention, most likely: if the points of {name} alone are read with --frame y-up, {end}")
+    };
+    let right = "nothing is wrong\n";
+    expect(FAIL, &says("standard input", right), &other, &f32s(&y_up(tilted(10.0, 2))));
+    // Whichever of the two it is.
+    let turned = folder.file("turned.bin", f32s(&y_up(tilted(10.0, 1))));
+    expect(FAIL, &says(&turned, right), &arguments(&turned), &f32s(&tilted(10.0, 2)));
+    let alike = "the two agree, better than independent samples would";
+    expect(FAIL, &says(&turned, alike), &arguments(&turned), &f32s(&tilted(10.0, 1)));
+    // What is something else, turned or not, is no convention.
+    for rows in [tilted(12.0, 2), y_up(tilted(12.0, 2))] {
+        let (code, out, err) = check(&other, &f32s(&rows));
+        assert!(code == FAIL && !out.contains("diagnosis"), "{out}\n{err}");
+    }
+
+    // Of the hemisphere it is known which of the two lies outside of it; or both do.
+    let plain: Vec<Vec<f64>> = cosine(80_000).into_iter().map(|row| row[..3].to_vec()).collect();
+    let (first, second) = (plain[..40_000].to_vec(), plain[40_000..].to_vec());
+    let other = folder.file("y_up.bin", f32s(&y_up(second.clone())));
+    let on_hemisphere = |file| ["--domain", "hemisphere", "--columns", "x,y,z:f32", "--against", file];
+    let says = |whose: &str| format!("if the points{whose} are read with --frame y-up, nothing is wrong");
+    let held = on_hemisphere(&other);
+    expect(FAIL, &says(&format!(" of {other} alone")), &held, &f32s(&first));
+    expect(FAIL, &says(""), &held, &f32s(&y_up(first.clone())));
+    let other = folder.file("z_up.bin", f32s(&second));
+    expect(FAIL, &says(" of standard input alone"), &on_hemisphere(&other), &f32s(&y_up(first)));
+
+    let square = |seed: u64, point: &dyn Fn(f64, f64) -> Vec<f64>| -> Vec<u8> {
+        let (mut rng, mut xi) = (stream(seed, "tilted", 0), [0.0; 2]);
+        let mut row = |_| {
+            fill_unit(&mut rng, &mut xi);
+            point(xi[0].sqrt(), xi[1].cbrt())
+        };
+        f32s(&(0..40_000).map(&mut row).collect::<Vec<_>>())
+    };
+    let other = folder.file("square.bin", square(1, &|x, y| vec![x, y]));
+    let other = ["--domain", "square", "--columns", "x,y:f32", "--against", &other];
+    let says = "if the points of standard input are read with x and y exchanged, nothing is wrong";
+    expect(FAIL, says, &other, &square(2, &|x, y| vec![y, x]));
+}
+
 #[test]
 fn indices_that_count_from_one_are_named() {
     const WEIGHTS: [f64; 6] = [0.1, 0.2, 0.3, 0.05, 0.05, 0.3];
@@ -666,16 +728,31 @@ fn indices_that_count_from_one_are_named() {
     let right = entries(2, &|i| vec![i as f64, WEIGHTS[i]]);
     let alone = ["--domain", "discrete:6"];
     let held = [&alone[..], &["--density", &table]].concat();
+    let other = folder.file("right.csv", &right);
+    let against = [&alone[..], &["--against", &other]].concat();
     let says = "a convention, most likely: if the indices count from 1, nothing is wrong";
     for arguments in [&alone[..], &held] {
         expect(PASS, "1 of 1", arguments, right.as_bytes());
         expect(FAIL, says, arguments, from_one.as_bytes());
     }
-    // One too large without one beyond the last; counted from 1, but with the wrong densities; and reversed.
+    expect(FAIL, "indices of standard input count from 1, nothing", &against, from_one.as_bytes());
+    let other = folder.file("from_one.csv", entries(3, &|i| vec![i as f64 + 1.0, WEIGHTS[i]]));
+    let against_from_one = [&alone[..], &["--against", &other]].concat();
+    expect(
+        FAIL,
+        "most likely: if the indices count from 1, nothing is wrong",
+        &against_from_one,
+        from_one.as_bytes(),
+    );
+    let says = format!("if the indices of {other} count from 1, nothing is wrong");
+    expect(FAIL, &says, &against_from_one, right.as_bytes());
+    // One too large without one beyond the last; counted from 1, but with the wrong densities; and chosen by others.
     let inside = entries(1, &|i| vec![(i as f64 + 1.0).min(5.0), WEIGHTS[i]]);
     let next = entries(1, &|i| vec![i as f64 + 1.0, WEIGHTS[(i + 1) % 6]]);
     let reversed = entries(1, &|i| vec![6.0 - i as f64, WEIGHTS[5 - i]]);
-    for (arguments, samples) in [(&held, &inside), (&alone.to_vec(), &next), (&held, &reversed)] {
+    for (arguments, samples) in
+        [(&held, &inside), (&alone.to_vec(), &next), (&held, &reversed), (&against, &reversed)]
+    {
         let (code, out, err) = check(arguments, samples.as_bytes());
         assert!(code == FAIL && !out.contains("count from 1"), "{arguments:?}\n{out}\n{err}");
     }
