@@ -3,7 +3,7 @@
 use super::check::{BATTERY, Case, Rests};
 use super::diagnosis::{Diagnosis, diagnose};
 use super::edges::{self, EdgeProbe};
-use super::expectation::{DOUBTS, Expectation};
+use super::expectation::{DOUBTS, Errors, Expectation};
 use super::finding::{Evidence, Finding, Verdict};
 use super::history::{History, Look};
 use super::map::{CellFigure, Painter, ResidualMap};
@@ -181,16 +181,23 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
     let integrated = start.elapsed();
     let mut history = History::new();
     let mut bets = if settings.anytime { Bets::new(&expectation) } else { None };
-    let (stop_at, mut is_doubted) = (-settings.stopping_level().ln(), false);
+    let stop_at = -settings.stopping_level().ln();
+    // By so many points of each, the errors of the masses, once somebody is about to fail.
+    let mut doubted: [Option<Errors>; DOUBTS.len()] = Default::default();
     let tally = tally::draw(probe, &expectation, settings, &mut |tally| {
         let mut ln_e = bets.as_mut().map(|bets| bets.look(tally));
-        if ln_e.is_some_and(|ln_e| ln_e >= stop_at) && !is_doubted {
-            // What will be doubted before anybody fails is doubted now: who then doesn't know any more goes on.
-            is_doubted = true;
-            let mut doubted = expectation.clone();
-            doubted.doubt(probe, settings.seed, DOUBTS[DOUBTS.len() - 1]);
-            bets = bets.as_ref().and_then(|bets| bets.again(&doubted, tally));
-            ln_e = bets.as_ref().map(Bets::ln_e);
+        if ln_e.is_some_and(|ln_e| ln_e >= stop_at) && doubted[0].is_none() {
+            // Who doesn't know any more what is found then goes on.
+            for (points, errors) in DOUBTS.into_iter().zip(&mut doubted) {
+                let mut again = expectation.clone();
+                again.doubt(probe, settings.seed, points);
+                bets = bets.as_ref().and_then(|bets| bets.again(&again, tally));
+                ln_e = bets.as_ref().map(Bets::ln_e);
+                *errors = Some(again.errors());
+                if ln_e.is_some_and(|ln_e| -ln_e < (BEYOND_DOUBT * settings.alpha).ln()) {
+                    break;
+                }
+            }
         }
         history.look(tally, ln_e);
         settings.anytime && (tally.offends() || ln_e.is_some_and(|ln_e| ln_e >= stop_at))
@@ -239,9 +246,13 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
     // Nor is there anything to doubt in the integral of what is no number somewhere.
     if doubtful && !decided && expectation.total.bad.is_none() {
         let errors = expectation.errors();
-        for points in DOUBTS {
-            expectation.reset(&errors);
-            expectation.doubt(probe, settings.seed, points);
+        for (points, known) in DOUBTS.into_iter().zip(doubted) {
+            if let Some(errors) = known {
+                expectation.reset(&errors);
+            } else {
+                expectation.reset(&errors);
+                expectation.doubt(probe, settings.seed, points);
+            }
             let case = Case { probe, expectation: &expectation, tally: &tally, settings };
             // Few points leave a wide margin. Who was suspected and fails even so fails with a narrower one too.
             let mut settled = true;

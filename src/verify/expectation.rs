@@ -482,7 +482,7 @@ impl Expectation {
         }
     }
 
-    /// Takes the errors back to what they were.
+    /// Takes these errors, as back to what they were.
     pub(super) fn reset(&mut self, errors: &Errors) {
         let set = |integrals: &mut [Integral], errors: &[f64]| {
             integrals.iter_mut().zip(errors).for_each(|(integral, &error)| integral.error = error);
