@@ -26,6 +26,18 @@ fn plain<'a>(density: f64) -> Told<'a, Interval> {
     )
 }
 
+/// Points in steps of 2^-16 at seven of ten places, where a quotient of differences is known no better than by a thousandth or so: it is what most places know that counts, and
+/// not what the best do.
+#[test]
+fn what_most_places_know() {
+    let stepped = |x: f64| if x < 0.7 { (65_536.0 * x).round() / 65_536.0 } else { x };
+    let sample = move |xi: &[f64]| Some(Sample { point: stepped(xi[0]), density: 1.0 });
+    let finding = judged(Told::new(Interval::new(0.0, 1.0), sample, |_| 1.0));
+    is_certain(&finding, Verdict::Pass);
+    let error: f64 = finding.sees.split(' ').nth(4).and_then(|word| word.parse().ok()).unwrap();
+    assert!((1e-3..0.05).contains(&error), "{}", finding.sees);
+}
+
 #[test]
 fn how_many_places_answer() {
     let right = judged(plain(1.0));
