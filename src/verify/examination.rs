@@ -247,10 +247,8 @@ pub(super) fn examine(probe: &dyn Probe, name: String, settings: &Settings) -> E
     if doubtful && !decided && expectation.total.bad.is_none() {
         let errors = expectation.errors();
         for (points, known) in DOUBTS.into_iter().zip(doubted) {
-            if let Some(errors) = known {
-                expectation.reset(&errors);
-            } else {
-                expectation.reset(&errors);
+            expectation.reset(known.as_ref().unwrap_or(&errors));
+            if known.is_none() {
                 expectation.doubt(probe, settings.seed, points);
             }
             let case = Case { probe, expectation: &expectation, tally: &tally, settings };
