@@ -42,22 +42,21 @@ impl Compact {
     /// The entries of the upper 53 bits of each number.
     pub(super) fn indices(&self, cells: &AliasCells, bits: &[u64], out: &mut [u32]) {
         let cells = Cells { cells: &cells.cells, mask: cells.mask };
-        let one = |bits| cells.batch(&[bits])[0];
+        // The same for both, whose batches are compiled at two widths each.
+        macro_rules! search {
+            ($form:ident) => {
+                in_wide_batches::<WIDE, _, _>(
+                    bits,
+                    out,
+                    |bits, out| *out = $form.batch(cells, bits),
+                    |bits, out| *out = $form.batch(cells, bits),
+                    |bits| cells.batch(&[bits])[0],
+                )
+            };
+        }
         match self {
-            Self::Halves(halves) => in_wide_batches::<WIDE, _, _>(
-                bits,
-                out,
-                |bits, out| *out = halves.batch(cells, bits),
-                |bits, out| *out = halves.batch(cells, bits),
-                one,
-            ),
-            Self::Lines(lines) => in_wide_batches::<WIDE, _, _>(
-                bits,
-                out,
-                |bits, out| *out = lines.batch(cells, bits),
-                |bits, out| *out = lines.batch(cells, bits),
-                one,
-            ),
+            Self::Halves(halves) => search!(halves),
+            Self::Lines(lines) => search!(lines),
         }
     }
 
